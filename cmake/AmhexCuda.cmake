@@ -1,0 +1,11 @@
+# Decides whether the CUDA backend is built. AUTO builds it where nvcc is found.
+set(AMHEX_CUDA_FOUND FALSE)
+if(NOT AMHEX_CUDA STREQUAL "OFF")
+  include(CheckLanguage)
+  check_language(CUDA)
+  if(CMAKE_CUDA_COMPILER)
+    set(AMHEX_CUDA_FOUND TRUE)
+  elseif(AMHEX_CUDA STREQUAL "ON")
+    message(FATAL_ERROR "AMHEX_CUDA=ON but no CUDA compiler was found; set CUDACXX or use AUTO")
+  endif()
+endif()

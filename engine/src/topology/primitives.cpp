@@ -1,0 +1,194 @@
+#include "topology/primitives.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amhex {
+namespace {
+
+// Drops repeated neighbours from a ring of four; returns a face of 0, 3 or 4 corners.
+CellFace CollapsedFace(const CellCorners& corners, const std::array<int, 4>& ring) {
+  CellFace face;
+  for (const int corner : ring) {
+    const int32_t v = corners[corner];
+    if (face.count > 0 && face.v[face.count - 1] == v) continue;
+    face.v[face.count++] = v;
+  }
+  if (face.count > 1 && face.v[face.count - 1] == face.v[0]) --face.count;
+  for (int i = face.count; i < 4; ++i) face.v[i] = -1;
+  const bool folded = face.count == 4 && (face.v[0] == face.v[2] || face.v[1] == face.v[3]);
+  if (face.count < 3 || folded) face.count = 0;
+  return face;
+}
+
+// Directed edges of a cell's faces; a proper closed surface has each once and its reverse once.
+struct DirectedEdges {
+  int count = 0;
+  std::array<std::array<int32_t, 2>, 24> edge;
+
+  bool Contains(int32_t from, int32_t to) const {
+    for (int i = 0; i < count; ++i) {
+      if (edge[i][0] == from && edge[i][1] == to) return true;
+    }
+    return false;
+  }
+  bool InsertUnique(int32_t from, int32_t to) {
+    if (Contains(from, to)) return false;
+    edge[count++] = {from, to};
+    return true;
+  }
+};
+
+// The edges around one vertex of a cell: for each incident face its next and previous vertex.
+struct VertexFan {
+  int count = 0;
+  std::array<int32_t, 6> next{}, previous{};
+};
+
+VertexFan FanAround(int32_t vertex, const CellFaces& faces) {
+  VertexFan fan;
+  for (const CellFace& face : faces) {
+    for (int j = 0; j < face.count; ++j) {
+      if (face.v[j] != vertex) continue;
+      fan.next[fan.count] = face.v[(j + 1) % face.count];
+      fan.previous[fan.count] = face.v[(j + face.count - 1) % face.count];
+      ++fan.count;
+    }
+  }
+  return fan;
+}
+
+double CornerJacobian(const VertexFan& fan, const Vec3d& at, const std::vector<Vec3d>& vertices) {
+  const int32_t a = fan.next[0];
+  const int32_t b = fan.previous[0];
+  int32_t c = -1;
+  for (int j = 0; j < 3; ++j) {
+    if (fan.next[j] == b) c = fan.previous[j];
+  }
+  if (c < 0) return -1.0;
+  const Vec3d ea = Normalized(vertices[a] - at);
+  const Vec3d eb = Normalized(vertices[b] - at);
+  const Vec3d ec = Normalized(vertices[c] - at);
+  return -Determinant(ea, eb, ec);
+}
+
+}  // namespace
+
+CellFaces FacesOf(const CellCorners& corners) {
+  CellFaces faces;
+  for (const auto& ring : kCubeFaces) {
+    const CellFace face = CollapsedFace(corners, ring);
+    if (face.count > 0) faces.face[faces.count++] = face;
+  }
+  return faces;
+}
+
+CellVertices VerticesOf(const CellCorners& corners) {
+  CellVertices vertices;
+  for (const int32_t v : corners) {
+    if (std::find(vertices.begin(), vertices.end(), v) == vertices.end()) {
+      vertices.v[vertices.count++] = v;
+    }
+  }
+  return vertices;
+}
+
+std::optional<PrimitiveType> RecognizeCell(const CellCorners& corners) {
+  const CellVertices vertices = VerticesOf(corners);
+  const CellFaces faces = FacesOf(corners);
+  int quads = 0, triangles = 0;
+  DirectedEdges edges;
+  for (const CellFace& face : faces) {
+    (face.count == 4 ? quads : triangles) += 1;
+    for (int j = 0; j < face.count; ++j) {
+      if (!edges.InsertUnique(face.v[j], face.v[(j + 1) % face.count])) return std::nullopt;
+    }
+  }
+  for (int i = 0; i < edges.count; ++i) {
+    if (!edges.Contains(edges.edge[i][1], edges.edge[i][0])) return std::nullopt;
+  }
+  // Euler's formula rules out surfaces that touch themselves.
+  if (vertices.count - edges.count / 2 + faces.count != 2) return std::nullopt;
+  struct Signature {
+    int vertices, quads, triangles;
+    PrimitiveType type;
+  };
+  static constexpr std::array<Signature, 6> kSignatures = {{
+      {8, 6, 0, PrimitiveType::kHexahedron},
+      {7, 4, 2, PrimitiveType::kHexprism},
+      {6, 3, 2, PrimitiveType::kPrism},
+      {5, 2, 2, PrimitiveType::kSlice},
+      {5, 1, 4, PrimitiveType::kPyramid},
+      {4, 0, 4, PrimitiveType::kTetrahedron},
+  }};
+  for (const Signature& s : kSignatures) {
+    if (s.vertices == vertices.count && s.quads == quads && s.triangles == triangles) return s.type;
+  }
+  return std::nullopt;
+}
+
+CellCorners MakeTetrahedron(int32_t v0, int32_t v1, int32_t v2, int32_t v3) {
+  return {v0, v1, v1, v2, v0, v3, v3, v2};
+}
+
+CellCorners MakeTetrahedronOn(const std::array<int32_t, 3>& b, int32_t apex) {
+  // The pattern's faces are 021 032 130 123 on (v0 v1 v2 v3): 0-2-1 is the outward base.
+  return MakeTetrahedron(b[0], b[2], b[1], apex);
+}
+
+CellCorners MakePyramid(const std::array<int32_t, 4>& b, int32_t apex) {
+  // Form a, 0 1 1 2 0 3 3 4: apex 0, outward base 1 2 4 3.
+  const int32_t v1 = b[0], v2 = b[1], v4 = b[2], v3 = b[3];
+  return {apex, v1, v1, v2, apex, v3, v3, v4};
+}
+
+double ScaledJacobian(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+  const CellFaces faces = FacesOf(corners);
+  double minimum = 1.0;
+  for (const int32_t v : VerticesOf(corners)) {
+    const VertexFan fan = FanAround(v, faces);
+    if (fan.count != 3) continue;
+    minimum = std::min(minimum, CornerJacobian(fan, vertices[v], vertices));
+  }
+  return minimum;
+}
+
+double CellVolume(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+  const double g = 1.0 / std::sqrt(3.0);
+  std::array<Vec3d, 8> x;
+  for (int i = 0; i < 8; ++i) x[i] = vertices[corners[i]];
+  static constexpr int kSign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                      {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  double volume = 0;
+  for (const auto& point : kSign) {
+    const double u = point[0] * g, v = point[1] * g, w = point[2] * g;
+    Vec3d du, dv, dw;
+    for (int i = 0; i < 8; ++i) {
+      const double a = 1 + kSign[i][0] * u, b = 1 + kSign[i][1] * v, c = 1 + kSign[i][2] * w;
+      du += x[i] * (kSign[i][0] * b * c / 8);
+      dv += x[i] * (a * kSign[i][1] * c / 8);
+      dw += x[i] * (a * b * kSign[i][2] / 8);
+    }
+    volume += Determinant(du, dv, dw);
+  }
+  return volume;
+}
+
+bool IsStarShaped(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+  const CellVertices ids = VerticesOf(corners);
+  Vec3d centre;
+  for (const int32_t v : ids) centre += vertices[v];
+  centre /= ids.count;
+  for (const CellFace& face : FacesOf(corners)) {
+    const int triangles = face.count == 3 ? 1 : 4;
+    for (int j = 0; j < triangles; ++j) {
+      const Vec3d a = vertices[face.v[j]] - centre;
+      const Vec3d b = vertices[face.v[(j + 1) % face.count]] - centre;
+      const Vec3d c = vertices[face.v[(j + 2) % face.count]] - centre;
+      if (Determinant(a, b, c) <= 0) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace amhex
