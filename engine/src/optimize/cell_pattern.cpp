@@ -1,0 +1,145 @@
+#include "optimize/cell_pattern.h"
+
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "topology/primitives.h"
+
+namespace amhex {
+namespace {
+
+constexpr int kMaskCount = 1 << 12;  // one bit per cube edge
+
+// The corners that collapsing the masked cube edges leaves: every slot names its class's first.
+CellCorners CornersOfMask(int mask) {
+  CellCorners corners;
+  std::iota(corners.begin(), corners.end(), 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (int e = 0; e < 12; ++e) {
+      if (!(mask >> e & 1)) continue;
+      int32_t& a = corners[kCubeEdges[e][0]];
+      int32_t& b = corners[kCubeEdges[e][1]];
+      if (a == b) continue;
+      a = b = a < b ? a : b;
+      changed = true;
+    }
+  }
+  return corners;
+}
+
+int MaskOf(const CellCorners& corners) {
+  int mask = 0;
+  for (int e = 0; e < 12; ++e) {
+    mask |= static_cast<int>(corners[kCubeEdges[e][0]] == corners[kCubeEdges[e][1]]) << e;
+  }
+  return mask;
+}
+
+void AddEdges(const CellFaces& faces, CellPattern& pattern) {
+  for (const CellFace& face : faces) {
+    for (int j = 0; j < face.count; ++j) {
+      const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
+      // Every edge runs once in each direction over the faces; keep the ascending one.
+      if (a < b) {
+        pattern.edge_slots[pattern.edge_count++] = {static_cast<uint8_t>(a),
+                                                    static_cast<uint8_t>(b)};
+      }
+    }
+  }
+}
+
+void SetCornerEdge(const CellPattern& pattern, int32_t other, int position,
+                   CellPattern::Corner& corner) {
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    const auto [low, high] = pattern.edge_slots[e];
+    const bool away = low == corner.slot && high == other;
+    const bool towards = high == corner.slot && low == other;
+    if (!away && !towards) continue;
+    corner.edge[position] = static_cast<uint8_t>(e);
+    corner.sign[position] = away ? 1 : -1;
+  }
+}
+
+void AddCorners(const CellFaces& faces, CellPattern& pattern) {
+  for (int i = 0; i < pattern.vertex_count; ++i) {
+    const int32_t v = pattern.vertex_slot[i];
+    std::vector<std::pair<int32_t, int32_t>> wedges;  // (next, previous) on each face at v
+    for (const CellFace& face : faces) {
+      for (int j = 0; j < face.count; ++j) {
+        if (face.v[j] != v) continue;
+        wedges.push_back({face.v[(j + 1) % face.count], face.v[(j + face.count - 1) % face.count]});
+      }
+    }
+    if (wedges.size() != 3) continue;
+    // On an outward face the inside lies to the left of next x previous, so the third edge
+    // completes previous, next, third to a right-handed triple.
+    const auto [next, previous] = wedges[0];
+    int32_t third = -1;
+    for (const auto& wedge : wedges) {
+      if (wedge.first == previous) third = wedge.second;
+    }
+    CellPattern::Corner& corner = pattern.corner[pattern.corner_count++];
+    corner.slot = static_cast<uint8_t>(v);
+    SetCornerEdge(pattern, previous, 0, corner);
+    SetCornerEdge(pattern, next, 1, corner);
+    SetCornerEdge(pattern, third, 2, corner);
+  }
+}
+
+void AddTriangles(const CellFaces& faces, CellPattern& pattern) {
+  for (const CellFace& face : faces) {
+    const int triangles = face.count == 3 ? 1 : 4;
+    for (int j = 0; j < triangles; ++j) {
+      auto& triangle = pattern.triangle_slots[pattern.triangle_count++];
+      for (int k = 0; k < 3; ++k) {
+        triangle[k] = static_cast<uint8_t>(face.v[(j + k) % face.count]);
+      }
+    }
+  }
+}
+
+struct PatternTable {
+  std::array<int16_t, kMaskCount> index{};  // into patterns, or -1
+  std::vector<CellPattern> patterns;
+
+  PatternTable() {
+    for (int mask = 0; mask < kMaskCount; ++mask) {
+      index[mask] = -1;
+      const CellCorners corners = CornersOfMask(mask);
+      if (MaskOf(corners) != mask) continue;  // implies further collapses; never seen on a cell
+      const std::optional<PrimitiveType> type = RecognizeCell(corners);
+      if (!type.has_value()) continue;
+      CellPattern pattern;
+      pattern.type = *type;
+      for (const int32_t v : VerticesOf(corners)) {
+        pattern.vertex_slot[pattern.vertex_count++] = static_cast<uint8_t>(v);
+      }
+      const CellFaces faces = FacesOf(corners);
+      AddEdges(faces, pattern);
+      AddCorners(faces, pattern);
+      AddTriangles(faces, pattern);
+      index[mask] = static_cast<int16_t>(patterns.size());
+      patterns.push_back(pattern);
+    }
+  }
+};
+
+}  // namespace
+
+const CellPattern* FindCellPattern(const CellCorners& corners) {
+  static const PatternTable table;
+  const int16_t index = table.index[MaskOf(corners)];
+  if (index < 0) return nullptr;
+  const CellPattern& pattern = table.patterns[index];
+  // Equal corners that no collapsed edge joins (a collapsed diagonal) are not in the mask.
+  for (int i = 0; i < pattern.vertex_count; ++i) {
+    for (int j = 0; j < i; ++j) {
+      if (corners[pattern.vertex_slot[i]] == corners[pattern.vertex_slot[j]]) return nullptr;
+    }
+  }
+  return &pattern;
+}
+
+}  // namespace amhex

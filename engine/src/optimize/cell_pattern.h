@@ -1,0 +1,41 @@
+// What a cell's repeated corners mean, looked up once instead of derived at every evaluation.
+//
+// The 8 corners of a cell collapse along cube edges only (Figure 2), so the 12 equalities along
+// the cube's edges name the pattern. Everything below is in corner slots 0..7 of that cell.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "amhex/volume_mesh.h"
+
+namespace amhex {
+
+struct CellPattern {
+  PrimitiveType type = PrimitiveType::kHexahedron;
+
+  int vertex_count = 0;
+  std::array<uint8_t, 8> vertex_slot{};  // the first slot of each distinct vertex
+
+  int edge_count = 0;
+  std::array<std::array<uint8_t, 2>, 12> edge_slots{};
+
+  // A vertex where exactly three edges meet; the three in right-handed order, as indices into
+  // edge_slots, with -1 where the edge is stored towards the vertex instead of away from it.
+  struct Corner {
+    uint8_t slot = 0;
+    std::array<uint8_t, 3> edge{};
+    std::array<int8_t, 3> sign{};
+  };
+  int corner_count = 0;
+  std::array<Corner, 8> corner{};
+
+  // Outward triangles of every face; both diagonals' two triangles of every quad.
+  int triangle_count = 0;
+  std::array<std::array<uint8_t, 3>, 24> triangle_slots{};
+};
+
+// nullptr if the corners form no cell of Figure 2. O(1), no allocation; safe from any thread.
+const CellPattern* FindCellPattern(const CellCorners& corners);
+
+}  // namespace amhex

@@ -1,0 +1,101 @@
+#include "optimize/cell_quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amhex {
+namespace {
+
+// Determinants must exceed this fraction of the cell's mean edge length cubed: far above the
+// rounding of later passes over the same vertices in other units, far below any useful cell.
+constexpr double kSmallestDeterminant = 1e-7;
+
+// The twelve half-interpolated edges of the trilinear map at the Gauss points. Along axis x the
+// derivative depends on y and z only, so four vectors per axis serve all eight points.
+class GaussJacobians {
+ public:
+  explicit GaussJacobians(const std::array<Vec3d, 8>& p) {
+    Fill({p[1] - p[0], p[2] - p[3], p[5] - p[4], p[6] - p[7]}, du_);
+    Fill({p[3] - p[0], p[2] - p[1], p[7] - p[4], p[6] - p[5]}, dv_);
+    Fill({p[4] - p[0], p[5] - p[1], p[7] - p[3], p[6] - p[2]}, dw_);
+  }
+  double Minimum() const {
+    double minimum = 1e300;
+    for (int i = 0; i < 8; ++i) {
+      const int u = i & 1, v = i >> 1 & 1, w = i >> 2;
+      minimum = std::min(minimum, Determinant(du_[v + 2 * w], dv_[u + 2 * w], dw_[u + 2 * v]));
+    }
+    return minimum;
+  }
+
+ private:
+  // Bilinear interpolation of four parallel edges at the 2x2 Gauss points.
+  static void Fill(const std::array<Vec3d, 4>& edge, std::array<Vec3d, 4>& at) {
+    constexpr double kNear = 0.78867513459481288;  // (1 + 1/sqrt 3) / 2
+    constexpr double kFar = 1 - kNear;
+    const Vec3d low0 = edge[0] * kNear + edge[1] * kFar, low1 = edge[0] * kFar + edge[1] * kNear;
+    const Vec3d high0 = edge[2] * kNear + edge[3] * kFar, high1 = edge[2] * kFar + edge[3] * kNear;
+    at[0] = low0 * kNear + high0 * kFar;
+    at[1] = low1 * kNear + high1 * kFar;
+    at[2] = low0 * kFar + high0 * kNear;
+    at[3] = low1 * kFar + high1 * kNear;
+  }
+  std::array<Vec3d, 4> du_, dv_, dw_;
+};
+
+double MinimumStarDeterminant(const CellPattern& pattern, const std::array<Vec3d, 8>& p) {
+  Vec3d centre;
+  for (int i = 0; i < pattern.vertex_count; ++i) centre += p[pattern.vertex_slot[i]];
+  centre /= pattern.vertex_count;
+  std::array<Vec3d, 8> arm;
+  for (int slot = 0; slot < 8; ++slot) arm[slot] = p[slot] - centre;
+  double minimum = 1e300;
+  for (int i = 0; i < pattern.triangle_count; ++i) {
+    const auto& t = pattern.triangle_slots[i];
+    minimum = std::min(minimum, Determinant(arm[t[0]], arm[t[1]], arm[t[2]]));
+  }
+  return minimum;
+}
+
+}  // namespace
+
+double CellQuality(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
+  std::array<Vec3d, 12> direction;
+  double length_sum = 0;
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    const auto& slots = pattern.edge_slots[e];
+    const Vec3d edge = positions[slots[1]] - positions[slots[0]];
+    const double length = Norm(edge);
+    length_sum += length;
+    direction[e] = length > 0 ? edge / length : Vec3d{};
+  }
+  if (!std::isfinite(length_sum)) return -1.0;
+  double quality = 1.0;
+  for (int i = 0; i < pattern.corner_count; ++i) {
+    const CellPattern::Corner& corner = pattern.corner[i];
+    const double sign = corner.sign[0] * corner.sign[1] * corner.sign[2];
+    quality =
+        std::min(quality, sign * Determinant(direction[corner.edge[0]], direction[corner.edge[1]],
+                                             direction[corner.edge[2]]));
+  }
+  const double mean_length = length_sum / pattern.edge_count;
+  const double unit = mean_length * mean_length * mean_length;
+  double determinant = GaussJacobians(positions).Minimum();
+  if (pattern.type != PrimitiveType::kSlice) {
+    determinant = std::min(determinant, MinimumStarDeterminant(pattern, positions));
+  }
+  // Any violation makes the value non-positive; the worst one names it.
+  const double excess = determinant - kSmallestDeterminant * unit;
+  if (excess > 0) return quality;
+  return std::min({quality, 0.0, unit > 0 ? std::max(excess / unit, -1.0) : 0.0});
+}
+
+double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+  const CellPattern* pattern = FindCellPattern(corners);
+  if (pattern == nullptr) return -1.0;
+  std::array<Vec3d, 8> positions;
+  for (int slot = 0; slot < 8; ++slot) positions[slot] = vertices[corners[slot]];
+  return CellQuality(*pattern, positions);
+}
+
+}  // namespace amhex
