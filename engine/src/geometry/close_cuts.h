@@ -1,0 +1,21 @@
+// Faces that open gaps between indirect neighbours. Paper: section 5.1, "Closing Cuts", Figure 9.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "geometry/cubes.h"
+#include "geometry/merge_sets.h"
+
+namespace amhex {
+
+// [cube][direction] 6 * other cube + direction over there; -1 while open.
+using FaceMatches = std::vector<std::array<int, 6>>;
+
+// Merges pairs of open faces of different cubes that share a merged edge, look at each other and
+// lie within `max_gap` mean cell sizes, nearest first, until nothing changes. Returns the number
+// of pairs merged.
+int CloseCuts(const Cubes& cubes, double max_gap, Collapse collapse, MergeSets* sets,
+              FaceMatches* matches);
+
+}  // namespace amhex

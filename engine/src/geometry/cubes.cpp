@@ -1,0 +1,58 @@
+#include "geometry/cubes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amhex {
+namespace {
+
+// A cell that is far from its wanted volume is a cluster or a gap, not a differently sized cube.
+constexpr double kMinVolumeScale = 0.7;
+constexpr double kMaxVolumeScale = 1.2;
+
+constexpr double kCornerSign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                      {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+
+}  // namespace
+
+Vec3d Cubes::VirtualVertex(int id) const {
+  const int cube = id / 8;
+  const double* sign = kCornerSign[id % 8];
+  Vec3d p = centre[cube];
+  for (int axis = 0; axis < 3; ++axis) {
+    p += frame[cube].axis[axis] * (sign[axis] * half_extent[cube][axis]);
+  }
+  return p;
+}
+
+Vec3d Cubes::FaceNormal(int cube, int direction) const {
+  return frame[cube].axis[direction / 2] * (direction % 2 == 1 ? 1.0 : -1.0);
+}
+
+Vec3d Cubes::FaceCentre(int cube, int direction) const {
+  return centre[cube] + FaceNormal(cube, direction) * half_extent[cube][direction / 2];
+}
+
+Cubes MaterializeCubes(const Sites& sites) {
+  Cubes cubes;
+  const size_t count = sites.position.size();
+  cubes.centre = sites.position;
+  cubes.frame = sites.frame;
+  cubes.half_extent.resize(count);
+  cubes.mean_half.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    const Vec3d& size = sites.size[i];
+    double scale = 1.0;
+    if (i < sites.cell_volume.size() && sites.cell_volume[i] > 0) {
+      const double wanted = size.x * size.y * size.z;
+      scale =
+          std::clamp(std::cbrt(sites.cell_volume[i] / wanted), kMinVolumeScale, kMaxVolumeScale);
+    }
+    cubes.half_extent[i] = size * (0.5 * scale);
+    const Vec3d& e = cubes.half_extent[i];
+    cubes.mean_half[i] = (e.x + e.y + e.z) / 3.0;
+  }
+  return cubes;
+}
+
+}  // namespace amhex

@@ -1,0 +1,37 @@
+// Which cube faces could be glued, and how well they fit. Paper: section 5.1, "Matching Scores".
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/cubes.h"
+#include "geometry/merge_sets.h"
+#include "relax/sites.h"
+
+namespace amhex {
+
+// Two faces of neighbouring cubes in their best rotation.
+struct FacePair {
+  double score = 0;  // eq. 5 over four mean cell sizes: 0 is perfect; lower is better
+  int cube_a = 0;
+  int cube_b = 0;
+  uint8_t direction_a = 0;
+  uint8_t direction_b = 0;
+  uint8_t rotation = 0;  // corner q of face a meets corner (rotation + 4 - q) % 4 of face b
+};
+
+// Eq. 5: the summed distance of the paired corners, times 1 for facing normals up to 2 for equal
+// ones; for the best of the four rotations. Units: edge lengths.
+struct MatchScore {
+  double value = 0;
+  int rotation = 0;
+};
+MatchScore ScoreFaces(const Cubes& cubes, int cube_a, int direction_a, int cube_b, int direction_b);
+
+CornerPairs CornersToMerge(const FacePair& pair);
+
+// All plausible pairs, ascending by (score, cubes, directions). Pairs that the fields link are
+// preferred. O(n) for bounded density.
+std::vector<FacePair> CollectFacePairs(const Cubes& cubes, const std::vector<FaceLink>& links);
+
+}  // namespace amhex

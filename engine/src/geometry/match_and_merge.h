@@ -1,0 +1,19 @@
+// Stage one of the extraction: cubes, matches, merge sets, cuts, hull faces. Paper: section 5.1.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "amhex/params.h"
+#include "amhex/run_context.h"
+#include "geometry/merged_cubes.h"
+#include "input/hull.h"
+#include "relax/sites.h"
+
+namespace amhex {
+
+// Merges the cubes of all sites into one complex of real vertices. Never collapses a diagonal of
+// a face or of a cube. O(n log n).
+// Errors: CANCELLED, DEADLINE_EXCEEDED.
+absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
+                                          const MeshingParams& params, RunContext& run);
+
+}  // namespace amhex
