@@ -83,6 +83,10 @@ CellFaces FacesOf(const CellCorners& corners) {
   return faces;
 }
 
+CellFace FaceInDirection(const CellCorners& corners, int direction) {
+  return CollapsedFace(corners, kCubeFaces[direction]);
+}
+
 CellVertices VerticesOf(const CellCorners& corners) {
   CellVertices vertices;
   for (const int32_t v : corners) {

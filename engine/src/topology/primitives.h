@@ -54,6 +54,9 @@ struct CellFaces {
 
 CellFaces FacesOf(const CellCorners& corners);
 
+// The face that looks in `direction` (0..5); its count is 0 if it has collapsed away.
+CellFace FaceInDirection(const CellCorners& corners, int direction);
+
 // Distinct vertices in order of first appearance.
 struct CellVertices {
   int count = 0;
