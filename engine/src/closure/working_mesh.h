@@ -1,0 +1,82 @@
+// A mesh under repair: cells come and go, every half-face knows who owns it.
+//
+// Complete half-face accounting is the guarantee of the closure: if every half-face of a positive
+// cell is matched by another cell or lies on the hull, the cells neither overlap nor leave gaps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "amhex/vec3.h"
+#include "amhex/volume_mesh.h"
+#include "assembly/cell_complex.h"
+#include "topology/primitives.h"
+
+namespace amhex {
+
+// Reverses the orientation of a face.
+CellFace Reversed(const CellFace& face);
+Vec3d FaceCentroid(const CellFace& face, const std::vector<Vec3d>& vertices);
+// Unit normal of the face's first two edges.
+Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices);
+
+class WorkingMesh {
+ public:
+  static constexpr int32_t kOpen = -1;
+  static constexpr int32_t kHull = -2;
+
+  explicit WorkingMesh(const CellComplex& complex);
+  CellComplex ToComplex() const;
+
+  std::vector<Vec3d>& vertices() { return vertices_; }
+  const std::vector<Vec3d>& vertices() const { return vertices_; }
+  int cell_slots() const { return static_cast<int>(cells_.size()); }
+  bool alive(int cell) const { return alive_[cell] != 0; }
+  const CellCorners& corners(int cell) const { return cells_[cell]; }
+  PrimitiveType type(int cell) const { return types_[cell]; }
+  bool is_hexahedron(int cell) const { return types_[cell] == PrimitiveType::kHexahedron; }
+
+  // Half-faces are numbered 2 * face + orientation; `half ^ 1` looks the other way.
+  int HalfFace(const CellFace& face);            // inserts the face if it is new
+  int FindHalfFace(const CellFace& face) const;  // -1 if the face is unknown
+  // Cell whose outward face this is, kOpen, or kHull.
+  int32_t owner(int half_face) const { return half_face < 0 ? kOpen : owners_[half_face]; }
+  int32_t Owner(const CellFace& face) const { return owner(FindHalfFace(face)); }
+  // What lies behind an outward face of a cell.
+  int32_t Across(const CellFace& face) const {
+    const int half = FindHalfFace(face);
+    return half < 0 ? kOpen : owners_[half ^ 1];
+  }
+  // True if either side of the face belongs to a cell.
+  bool IsUsed(const CellFace& face) const;
+  int half_face_count() const { return static_cast<int>(owners_.size()); }
+
+  int AddVertex(const Vec3d& position);
+  // Adds a cell; -1, and no change, if it is no known type or one of its half-faces is taken.
+  int AddCell(const CellCorners& corners);
+  // Removes a cell; its hull faces stop being hull.
+  void RemoveCell(int cell);
+  // Declares the far side of a cell's outward face to be the hull, if that side is free.
+  void MarkHull(const CellFace& outward_face);
+  void UnmarkHull(const CellFace& outward_face);
+
+  // Outward faces of living cells with nothing behind, in cell order.
+  std::vector<CellFace> OpenFaces() const;
+  // [vertex] living cells at it, ascending.
+  std::vector<std::vector<int>> CellsAtVertices() const;
+
+ private:
+  using FaceKey = std::array<int32_t, 4>;
+  static FaceKey KeyOf(const CellFace& face, int* orientation);
+
+  std::vector<Vec3d> vertices_;
+  std::vector<CellCorners> cells_;
+  std::vector<PrimitiveType> types_;
+  std::vector<uint8_t> alive_;
+  absl::flat_hash_map<FaceKey, int> face_index_;  // only looked up, never iterated
+  std::vector<int32_t> owners_;                   // [half_face]
+};
+
+}  // namespace amhex
