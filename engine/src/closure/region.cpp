@@ -1,0 +1,88 @@
+#include "closure/region.h"
+
+#include <algorithm>
+
+#include "input/hull_queries.h"
+
+namespace amhex {
+namespace {
+
+// Nearer than this to the hull, a loop's vertex must not be looked at from beyond its tangent
+// plane.
+constexpr double kOnHullDistance = 0.1;
+
+bool Contains(const std::vector<int>& sorted, int value) {
+  return std::binary_search(sorted.begin(), sorted.end(), value);
+}
+
+}  // namespace
+
+bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_walls,
+                  Region* region) {
+  bool grown = true;
+  while (grown) {
+    grown = false;
+    region->walls.clear();
+    region->hull_faces.clear();
+    for (const int cell : region->cells) {
+      for (const CellFace& face : FacesOf(mesh.corners(cell))) {
+        const int half = mesh.FindHalfFace(face);
+        const int32_t behind = mesh.owner(half ^ 1);
+        if (behind >= 0) {
+          if (!Contains(region->cells, behind)) region->walls.push_back(Reversed(face));
+        } else if (behind == WorkingMesh::kHull) {
+          region->hull_faces.push_back(Reversed(face));
+        } else {
+          const int cavity = cavities.Of(half);
+          if (cavity >= 0 && !Contains(region->cavities, cavity)) {
+            region->cavities.insert(
+                std::lower_bound(region->cavities.begin(), region->cavities.end(), cavity), cavity);
+            grown = true;
+          }
+        }
+      }
+    }
+    for (const int cavity : region->cavities) {
+      for (const CellFace& face : cavities.faces[cavity]) {
+        if (!Contains(region->cells, mesh.Owner(face))) region->walls.push_back(face);
+      }
+    }
+    if (region->walls.size() > max_walls) return false;
+  }
+  return true;
+}
+
+void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, Region* region) {
+  const auto& x = mesh.vertices();
+  std::vector<KernelPlane> planes;
+  Vec3d start;
+  int count = 0;
+  for (const CellFace& face : region->walls) {
+    AppendKernelPlanes(face, x, &planes);
+    for (int j = 0; j < face.count; ++j) start += x[face.v[j]], ++count;
+  }
+  if (count == 0) {
+    region->kernel = {};
+    return;
+  }
+  for (const auto& loop : BoundaryLoops(region->walls)) {
+    for (const int32_t v : loop) {
+      const HullPoint nearest = hull.queries->Closest(x[v], kOnHullDistance);
+      if (nearest.triangle >= 0) planes.push_back({-nearest.normal, x[v]});
+    }
+  }
+  region->kernel = FindKernel(planes, start / count);
+}
+
+std::vector<int> CellsAround(const WorkingMesh& mesh, const Region& region) {
+  std::vector<int> cells;
+  for (const CellFace& face : region.walls) {
+    const int32_t cell = mesh.Owner(face);
+    if (cell >= 0 && !Contains(region.cells, cell)) cells.push_back(cell);
+  }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  return cells;
+}
+
+}  // namespace amhex

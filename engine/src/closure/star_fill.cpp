@@ -1,0 +1,256 @@
+#include "closure/star_fill.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "closure/hull_patch.h"
+#include "input/hull_queries.h"
+
+namespace amhex {
+namespace {
+
+constexpr double kCostPerFace = 1.1;
+constexpr double kGoodQuality = 0.3;
+constexpr double kQualityWeight = 200;
+// A kernel shallower than this (edge lengths) is not worth a try.
+constexpr double kMinKernelDepth = 0.01;
+constexpr double kWantedKernelDepth = 0.2;
+constexpr double kKernelWeight = 40;
+// A hull face of an absorbed cell is kept if the apex sees it this well.
+constexpr double kVisibleQuality = 0.12;
+// Patch faces: allowed distance of their centre from the hull, and of a dropped hull vertex.
+constexpr double kFreePatchDistance = 0.1;
+constexpr double kFreeVertexDistance = 0.05;
+constexpr double kDistanceWeight = 15;
+// Patch normals must agree with the hull's: a patch that folds over makes the mesh overlap itself.
+constexpr double kMinNormalCosine = 0.3;
+constexpr double kNormalWeight = 25;
+constexpr double kNormalCheckDistance = 0.3;
+constexpr double kSolidAngleTolerance = 0.1;
+
+double DistanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = Dot(ab, ap), d2 = Dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return Norm(ap);
+  const Vec3d bp = p - b;
+  const double d3 = Dot(ab, bp), d4 = Dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return Norm(bp);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return Norm(ap - ab * (d1 / (d1 - d3)));
+  const Vec3d cp = p - c;
+  const double d5 = Dot(ab, cp), d6 = Dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return Norm(cp);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return Norm(ap - ac * (d2 / (d2 - d6)));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return Norm(bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))));
+  }
+  return std::abs(Dot(ap, Normalized(Cross(ab, ac))));
+}
+
+// What a patch costs for leaving the hull, folding over it or cutting off former hull vertices.
+double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const StarFilling& filling,
+                      const std::vector<CellFace>& dropped) {
+  const auto& x = mesh.vertices();
+  double cost = 0;
+  for (const CellFace& face : filling.patch) {
+    const HullPoint nearest = hull.queries->Closest(FaceCentroid(face, x));
+    cost += kDistanceWeight * std::max(0.0, nearest.distance - kFreePatchDistance);
+    if (nearest.distance < kNormalCheckDistance) {
+      const double cosine = -Dot(FaceUnitNormal(face, x), nearest.normal);
+      cost += kNormalWeight * std::max(0.0, kMinNormalCosine - cosine);
+    }
+  }
+  std::set<int32_t> kept, cut_off;
+  for (const CellFace& face : filling.faces)
+    kept.insert(face.v.begin(), face.v.begin() + face.count);
+  for (const CellFace& face : dropped) {
+    for (int j = 0; j < face.count; ++j) {
+      if (!kept.contains(face.v[j])) cut_off.insert(face.v[j]);
+    }
+  }
+  for (const int32_t v : cut_off) {
+    double distance = 1e9;
+    for (const CellFace& face : filling.patch) {
+      for (int s = 0; s + 2 < face.count; ++s) {
+        distance = std::min(
+            distance, DistanceToTriangle(x[v], x[face.v[0]], x[face.v[1 + s]], x[face.v[2 + s]]));
+      }
+    }
+    cost += kDistanceWeight * std::max(0.0, distance - kFreeVertexDistance);
+  }
+  return cost;
+}
+
+bool HasRepeatedFace(const std::vector<CellFace>& faces) {
+  std::set<std::array<int32_t, 4>> seen;
+  for (const CellFace& face : faces) {
+    std::array<int32_t, 4> key = face.v;
+    std::sort(key.begin(), key.end());
+    if (!seen.insert(key).second) return true;
+  }
+  return false;
+}
+
+// Tries one star over `fixed` faces; the loops they leave open are closed by patches.
+void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
+             const std::vector<CellFace>& fixed, const std::vector<CellFace>& dropped,
+             double base_cost, StarFilling* best) {
+  const auto loops = BoundaryLoops(fixed);
+  for (const auto& loop : loops) {
+    if (loop.size() < 3) return;
+  }
+  if (base_cost + kCostPerFace * static_cast<double>(fixed.size() + loops.size()) + 1 >=
+      best->cost) {
+    return;
+  }
+  StarFilling filling;
+  filling.apex = region.kernel.point;
+  // The patch depends on the apex and the apex on the patch: two rounds settle both.
+  const int rounds = loops.empty() ? 1 : 2;
+  for (int round = 0; round < rounds; ++round) {
+    filling.patch.clear();
+    for (const auto& loop : loops) {
+      const auto patch = FindHullPatch(mesh, hull, loop, filling.apex);
+      if (!patch) return;
+      filling.patch.insert(filling.patch.end(), patch->faces.begin(), patch->faces.end());
+    }
+    filling.faces = fixed;
+    filling.faces.insert(filling.faces.end(), filling.patch.begin(), filling.patch.end());
+    filling.quality =
+        ImproveApex(filling.faces, mesh.vertices(), round == 0 ? 0.25 : 0.1, &filling.apex);
+    if (filling.quality <= 0) return;
+  }
+  const double solid_angle = SolidAngle(filling.faces, filling.apex, mesh.vertices());
+  if (std::abs(solid_angle - 4 * std::numbers::pi) > kSolidAngleTolerance) return;
+  if (HasRepeatedFace(filling.faces)) return;
+  filling.cost = base_cost + kCostPerFace * static_cast<double>(filling.faces.size()) + 1 +
+                 QualityPenalty(filling.quality) + PatchDeviation(mesh, hull, filling, dropped);
+  if (filling.cost >= best->cost) return;
+  filling.region = region;
+  *best = std::move(filling);
+}
+
+double AbsorbedCost(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
+  double cost = 0;
+  for (const int cell : region.cells) {
+    cost += mesh.is_hexahedron(cell) ? weights.hexahedron_lost : weights.other_removed;
+  }
+  return cost;
+}
+
+// How promising a region is, before any star has been tried.
+double RegionScore(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
+  return AbsorbedCost(mesh, weights, region) +
+         kCostPerFace * static_cast<double>(region.walls.size()) +
+         kKernelWeight * std::max(0.0, kWantedKernelDepth - region.kernel.depth);
+}
+
+struct Candidate {
+  double score;
+  Region region;
+};
+
+}  // namespace
+
+double QualityPenalty(double quality) {
+  return kQualityWeight * std::max(0.0, kGoodQuality - std::max(0.0, quality));
+}
+
+void EvaluateRegion(const WorkingMesh& mesh, const Hull& hull, const FillWeights& weights,
+                    const Region& region, StarFilling* best) {
+  if (region.walls.empty() || region.kernel.depth <= kMinKernelDepth) return;
+  const double base_cost = AbsorbedCost(mesh, weights, region);
+  std::vector<CellFace> fixed = region.walls;
+  std::vector<CellFace> dropped;
+  for (const CellFace& face : region.hull_faces) {
+    const bool visible = StarQuality(face, region.kernel.point, mesh.vertices()) > kVisibleQuality;
+    (visible ? fixed : dropped).push_back(face);
+  }
+  const size_t kept_count = fixed.size() - region.walls.size();
+  StarFilling candidate = *best;
+  TryStar(mesh, hull, region, fixed, dropped, base_cost, &candidate);
+  // The kept faces are part of the hull as well.
+  const auto finish = [&](const std::vector<CellFace>& kept) {
+    if (candidate.cost >= best->cost) return;
+    candidate.patch.insert(candidate.patch.end(), kept.begin(), kept.end());
+    *best = candidate;
+  };
+  finish({fixed.begin() + static_cast<std::ptrdiff_t>(region.walls.size()), fixed.end()});
+  if (!region.hull_faces.empty() && kept_count > 0) {
+    candidate = *best;
+    TryStar(mesh, hull, region, region.walls, region.hull_faces, base_cost, &candidate);
+    finish({});
+  }
+}
+
+std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
+                                    const Cavities& cavities, const FillWeights& weights,
+                                    const GrowthLimits& limits, std::vector<Region> seeds,
+                                    double cost_to_beat) {
+  StarFilling best;
+  best.cost = cost_to_beat;
+  const auto settled = [&] {
+    return best.cost < cost_to_beat && best.quality >= limits.enough_quality;
+  };
+  std::vector<Candidate> beam;
+  for (Region& seed : seeds) {
+    if (!UpdateRegion(mesh, cavities, limits.max_walls, &seed)) continue;
+    UpdateKernel(mesh, hull, &seed);
+    EvaluateRegion(mesh, hull, weights, seed, &best);
+    beam.push_back({0, std::move(seed)});
+  }
+  std::set<std::vector<int>> seen;
+  int rounds_without_gain = 0;
+  for (int depth = 1; depth <= limits.depth; ++depth) {
+    std::vector<Candidate> next;
+    for (const Candidate& candidate : beam) {
+      for (const int cell : CellsAround(mesh, candidate.region)) {
+        Region grown;
+        grown.cells = candidate.region.cells;
+        grown.cells.insert(std::lower_bound(grown.cells.begin(), grown.cells.end(), cell), cell);
+        if (!seen.insert(grown.cells).second) continue;
+        grown.cavities = candidate.region.cavities;
+        if (!UpdateRegion(mesh, cavities, limits.max_walls, &grown)) continue;
+        if (limits.forbid_cavities && !grown.cavities.empty()) continue;
+        UpdateKernel(mesh, hull, &grown);
+        const double score = RegionScore(mesh, weights, grown);
+        next.push_back({score, std::move(grown)});
+      }
+    }
+    if (next.empty()) break;
+    std::stable_sort(next.begin(), next.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    if (next.size() > static_cast<size_t>(limits.beam_width)) next.resize(limits.beam_width);
+    beam = std::move(next);
+    const double before = best.cost;
+    for (const Candidate& candidate : beam) {
+      EvaluateRegion(mesh, hull, weights, candidate.region, &best);
+    }
+    rounds_without_gain = best.cost < before - 1e-9 ? 0 : rounds_without_gain + 1;
+    if (settled() && rounds_without_gain >= 2) break;
+    if (best.cost < cost_to_beat && rounds_without_gain >= 4) break;
+  }
+  if (best.cost >= cost_to_beat || best.faces.empty()) return std::nullopt;
+  return best;
+}
+
+int ApplyStar(const StarFilling& filling, WorkingMesh* mesh) {
+  for (const int cell : filling.region.cells) mesh->RemoveCell(cell);
+  const int apex = mesh->AddVertex(filling.apex);
+  for (const CellFace& face : filling.faces) {
+    const CellFace out = Reversed(face);
+    if (face.count == 4) {
+      mesh->AddCell(MakePyramid(out.v, apex));
+    } else {
+      mesh->AddCell(MakeTetrahedronOn({out.v[0], out.v[1], out.v[2]}, apex));
+    }
+  }
+  for (const CellFace& face : filling.patch) mesh->MarkHull(Reversed(face));
+  return apex;
+}
+
+}  // namespace amhex

@@ -1,0 +1,43 @@
+// Filling a cavity by a star: every face is joined to one apex by a pyramid or a tetrahedron.
+//
+// Faces look into the cavity. A face is good for an apex if the cell between them has positive
+// scaled Jacobians.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "closure/working_mesh.h"
+
+namespace amhex {
+
+// Minimum scaled Jacobian of the cell between `face` and `apex`; <= 0 if inverted.
+double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& vertices);
+double MinStarQuality(const std::vector<CellFace>& faces, const Vec3d& apex,
+                      const std::vector<Vec3d>& vertices);
+
+// A half-space that must contain the apex: normal . (p - point) > 0.
+struct KernelPlane {
+  Vec3d normal;
+  Vec3d point;
+};
+void AppendKernelPlanes(const CellFace& face, const std::vector<Vec3d>& vertices,
+                        std::vector<KernelPlane>* planes);
+
+// The point with the greatest distance to all planes (by steepest ascent), and that distance in
+// edge lengths; negative if the planes have no common point.
+struct KernelPoint {
+  Vec3d point;
+  double depth = -1;
+};
+KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start);
+
+// Moves `apex` to raise the minimum quality, from steps of `first_step` down; returns it.
+double ImproveApex(const std::vector<CellFace>& faces, const std::vector<Vec3d>& vertices,
+                   double first_step, Vec3d* apex);
+
+// Sum of the solid angles of the faces; 4 pi exactly if the apex sees a closed surface once.
+double SolidAngle(const std::vector<CellFace>& faces, const Vec3d& apex,
+                  const std::vector<Vec3d>& vertices);
+
+}  // namespace amhex
