@@ -1,0 +1,41 @@
+// Does the mesh cover any place twice? Winding numbers of its boundary tell.
+//
+// A closed conforming complex of positive cells covers a point as often as the boundary winds
+// around it. Once at every cell means no overlap; once just inside and never just outside of every
+// boundary face means that no sheet of the boundary lies in, or touches, another part of the mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "amhex/vec3.h"
+#include "amhex/volume_mesh.h"
+#include "output/mesh_faces.h"
+
+namespace amhex {
+
+struct OverlapReport {
+  int64_t cell_samples = 0;
+  int64_t overlapped_cells = 0;  // samples around which the boundary does not wind exactly once
+  int64_t face_samples = 0;
+  int64_t overlapped_faces = 0;  // samples not covered once inside and never outside
+  double worst_cell_winding_error = 0;
+};
+
+// Requires a closed boundary. At most ~20,000 cells and as many boundary faces are sampled, evenly
+// by index. O((samples + faces) log faces).
+OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
+                             const std::vector<BoundaryFace>& boundary,
+                             const std::vector<Vec3d>& vertices);
+
+// The boundary as triangles; a quad becomes four around its centre, which lies on the cell's
+// bilinear face.
+struct BoundaryTriangles {
+  std::vector<Vec3d> vertices;                    // those on the boundary, then quad centres
+  std::vector<std::array<int32_t, 3>> triangles;  // outward
+};
+BoundaryTriangles TriangulateBoundary(const std::vector<BoundaryFace>& boundary,
+                                      const std::vector<Vec3d>& vertices);
+
+}  // namespace amhex
