@@ -1,0 +1,119 @@
+#include "output/finalize_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "topology/primitives.h"
+
+namespace amhex {
+namespace {
+
+constexpr CellCorners kFigure2[7] = {
+    {0, 1, 2, 3, 4, 5, 6, 7},  // hexahedron
+    {0, 1, 1, 2, 3, 4, 5, 6},  // hexprism
+    {0, 1, 1, 2, 3, 4, 4, 5},  // prism
+    {0, 1, 1, 2, 3, 4, 4, 3},  // slice
+    {0, 1, 1, 2, 0, 3, 3, 4},  // pyramid, form a
+    {0, 1, 1, 2, 3, 1, 1, 4},  // pyramid, form b
+    {0, 1, 1, 2, 0, 3, 3, 2},  // tetrahedron
+};
+
+using Turn = std::array<uint8_t, 8>;  // new slot -> old slot
+
+// The 24 rotations of the cube as permutations of VTK_HEXAHEDRON's corner slots: composed from
+// quarter turns about two axes.
+std::vector<Turn> AllTurns() {
+  constexpr Turn kAboutZ = {3, 0, 1, 2, 7, 4, 5, 6};
+  constexpr Turn kAboutX = {3, 2, 6, 7, 0, 1, 5, 4};
+  std::vector<Turn> turns = {{0, 1, 2, 3, 4, 5, 6, 7}};
+  for (size_t i = 0; i < turns.size(); ++i) {
+    for (const Turn& quarter : {kAboutZ, kAboutX}) {
+      Turn next{};
+      for (int slot = 0; slot < 8; ++slot) next[slot] = turns[i][quarter[slot]];
+      if (std::find(turns.begin(), turns.end(), next) == turns.end()) turns.push_back(next);
+    }
+  }
+  return turns;
+}
+
+// Corners renumbered by first appearance: equal for equal patterns of repetition.
+CellCorners Repetition(const CellCorners& corners) {
+  CellCorners pattern{};
+  int32_t distinct = 0;
+  for (int i = 0; i < 8; ++i) {
+    int first = 0;
+    while (corners[first] != corners[i]) ++first;
+    pattern[i] = first == i ? distinct++ : pattern[first];
+  }
+  return pattern;
+}
+
+bool IsListedPattern(const CellCorners& corners) {
+  const CellCorners pattern = Repetition(corners);
+  return std::find(std::begin(kFigure2), std::end(kFigure2), pattern) != std::end(kFigure2);
+}
+
+struct SortableCell {
+  PrimitiveType type;
+  CellCorners sorted;
+  CellCorners corners;
+};
+
+bool ComesBefore(const SortableCell& a, const SortableCell& b) {
+  if (a.type != b.type) return a.type > b.type;
+  if (a.sorted != b.sorted) return a.sorted < b.sorted;
+  return a.corners < b.corners;
+}
+
+std::vector<SortableCell> SortedCells(const CellComplex& complex,
+                                      const std::vector<int32_t>& new_id) {
+  std::vector<SortableCell> cells;
+  cells.reserve(complex.cells.size());
+  for (const CellCorners& old : complex.cells) {
+    SortableCell cell;
+    cell.type = RecognizeCell(old).value();
+    for (int i = 0; i < 8; ++i) cell.corners[i] = new_id[old[i]];
+    cell.corners = CanonicalCorners(cell.corners);
+    cell.sorted = cell.corners;
+    std::sort(cell.sorted.begin(), cell.sorted.end());
+    cells.push_back(cell);
+  }
+  std::sort(cells.begin(), cells.end(), ComesBefore);
+  return cells;
+}
+
+}  // namespace
+
+CellCorners CanonicalCorners(const CellCorners& corners) {
+  static const std::vector<Turn> turns = AllTurns();
+  std::optional<CellCorners> best;
+  for (const Turn& turn : turns) {
+    CellCorners turned;
+    for (int slot = 0; slot < 8; ++slot) turned[slot] = corners[turn[slot]];
+    if ((!best.has_value() || turned < *best) && IsListedPattern(turned)) best = turned;
+  }
+  return best.value_or(corners);
+}
+
+AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame) {
+  std::vector<int32_t> new_id(complex.vertices.size(), -1);
+  for (const CellCorners& corners : complex.cells) {
+    for (const int32_t v : corners) new_id[v] = 0;
+  }
+  AtMostHexaMesh mesh;
+  for (size_t v = 0; v < new_id.size(); ++v) {
+    if (new_id[v] < 0) continue;
+    new_id[v] = static_cast<int32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(frame.ToUser(complex.vertices[v]));
+  }
+  for (const SortableCell& cell : SortedCells(complex, new_id)) {
+    mesh.corners.push_back(cell.corners);
+    mesh.types.push_back(cell.type);
+    mesh.quality.push_back(static_cast<float>(ScaledJacobian(cell.corners, mesh.vertices)));
+  }
+  return mesh;
+}
+
+}  // namespace amhex

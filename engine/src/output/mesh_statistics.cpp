@@ -1,0 +1,102 @@
+#include "output/mesh_statistics.h"
+
+#include <algorithm>
+
+#include "input/hull_queries.h"
+#include "output/boundary_overlap.h"
+#include "output/boundary_topology.h"
+#include "output/cell_law.h"
+#include "output/mesh_faces.h"
+#include "output/surface_distance.h"
+
+namespace amhex {
+namespace {
+
+constexpr double kSampleSpacing = 1.0 / 3.0;  // edge lengths
+constexpr size_t kMaxInputPoints = 1'000'000;
+
+void MeasureCells(const AtMostHexaMesh& mesh, MeshStatistics& statistics) {
+  double hexahedra_volume = 0;
+  int64_t hexahedra = 0;
+  statistics.min_scaled_jacobian = mesh.corners.empty() ? 0.0 : 1.0;
+  statistics.min_scaled_jacobian_hexahedra = 1.0;
+  for (size_t c = 0; c < mesh.corners.size(); ++c) {
+    const double volume = MeasureCell(mesh.corners[c], mesh.vertices).volume;
+    const double quality = mesh.quality[c];
+    ++statistics.cells_by_type[static_cast<size_t>(mesh.types[c])];
+    statistics.volume += volume;
+    statistics.min_scaled_jacobian = std::min(statistics.min_scaled_jacobian, quality);
+    statistics.average_scaled_jacobian += quality;
+    if (mesh.types[c] != PrimitiveType::kHexahedron) continue;
+    ++hexahedra;
+    hexahedra_volume += volume;
+    statistics.min_scaled_jacobian_hexahedra =
+        std::min(statistics.min_scaled_jacobian_hexahedra, quality);
+    statistics.average_scaled_jacobian_hexahedra += quality;
+  }
+  if (statistics.volume > 0) {
+    statistics.hexahedra_volume_ratio = hexahedra_volume / statistics.volume;
+  }
+  if (hexahedra == 0) {
+    statistics.min_scaled_jacobian_hexahedra = 0;
+  } else {
+    statistics.average_scaled_jacobian_hexahedra /= static_cast<double>(hexahedra);
+  }
+  if (mesh.corners.empty()) return;
+  const double cell_count = static_cast<double>(mesh.corners.size());
+  statistics.average_scaled_jacobian /= cell_count;
+  statistics.hexahedra_ratio = static_cast<double>(hexahedra) / cell_count;
+}
+
+// The input's own points, thinned evenly where there are very many.
+std::vector<Vec3d> InputSamples(const Hull& hull) {
+  std::vector<Vec3d> samples = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
+  const size_t stride = 1 + hull.input_points.size() / kMaxInputPoints;
+  for (size_t i = 0; i < hull.input_points.size(); i += stride) {
+    samples.push_back(hull.input_points[i]);
+  }
+  return samples;
+}
+
+// `boundary` in the hull's normalised frame.
+void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull,
+                      MeshStatistics& statistics) {
+  const double diagonal = hull.box.Diagonal();
+  if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
+  std::vector<Vec3d> mesh_samples =
+      SampleSurface(boundary.vertices, boundary.triangles, kSampleSpacing);
+  mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
+  const DistanceSummary to_input = DistanceToSurface(mesh_samples, *hull.queries);
+  const HullQueries mesh_queries(boundary.vertices, boundary.triangles);
+  const DistanceSummary to_mesh = DistanceToSurface(InputSamples(hull), mesh_queries);
+  statistics.mesh_to_input_max = to_input.maximum / diagonal;
+  statistics.input_to_mesh_max = to_mesh.maximum / diagonal;
+  statistics.input_to_mesh_mean = to_mesh.mean / diagonal;
+  // The frame's unit is the wanted edge length.
+  statistics.distance_exceeds_cell = std::max(to_input.maximum, to_mesh.maximum) > 1.0;
+}
+
+}  // namespace
+
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull) {
+  MeshStatistics statistics;
+  statistics.cell_count = static_cast<int64_t>(mesh.corners.size());
+  statistics.vertex_count = static_cast<int64_t>(mesh.vertices.size());
+  MeasureCells(mesh, statistics);
+  const double scale = hull.frame.scale;
+  statistics.edge_length = scale;
+  statistics.hull_volume = hull.volume * scale * scale * scale;
+
+  const FaceCensus census = CountFaces(mesh.corners, statistics.vertex_count);
+  statistics.boundary_face_count = static_cast<int64_t>(census.boundary.size());
+  const BoundaryTopology topology = ExamineBoundary(census.boundary, mesh.vertices);
+  statistics.boundary_component_count = topology.component_count;
+  statistics.genus = topology.genus;
+
+  BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
+  for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
+  MeasureDistances(boundary, hull, statistics);
+  return statistics;
+}
+
+}  // namespace amhex

@@ -1,0 +1,16 @@
+// The columns of the paper's Table 1 and the distances between mesh and input.
+#pragma once
+
+#include "amhex/volume_mesh.h"
+#include "input/hull.h"
+
+namespace amhex {
+
+// Measures a valid mesh in the user's units against the hull it was made for.
+//
+// Distances are between the mesh boundary and the hull, sampled about a third of an edge length
+// apart on either side, the input's own points included on its side (a million of them at most).
+// Linear in cells and samples, each sample a query of O(log n).
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull);
+
+}  // namespace amhex

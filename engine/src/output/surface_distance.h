@@ -1,0 +1,27 @@
+// How far two surfaces are from each other, by samples.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "amhex/vec3.h"
+#include "input/hull.h"
+#include "input/hull_queries.h"
+
+namespace amhex {
+
+struct DistanceSummary {
+  double maximum = 0;
+  double mean = 0;
+};
+
+// Points on the hull's triangles, one per `spacing` squared of area, evenly spread. At most
+// ~10^6: larger surfaces are sampled more sparsely.
+std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
+                                 const std::vector<std::array<int32_t, 3>>& triangles,
+                                 double spacing);
+
+// Distances of `points` to the surface; zeros without points. Independent of the thread count.
+DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullQueries& surface);
+
+}  // namespace amhex
