@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds everything and runs every test; on a bare Debian 12 too.
+#
+#   tests/run.sh                     release build, all tests
+#   tests/run.sh --filter REGEX      only the tests whose names match
+#   tests/run.sh --sanitize          with the address and undefined-behaviour sanitizers
+#   tests/run.sh --sanitize=thread   with the thread sanitizer
+#   tests/run.sh --tidy              clang-tidy over every source file, no tests
+#
+# The last line is the summary; the exit status is 0 only if everything passed.
+set -euo pipefail
+
+cd "$(dirname "$(readlink -f "$0")")/.."
+
+preset=release
+filter=
+tidy=false
+while [[ $# -gt 0 ]]; do
+  case "$1" in
+    --sanitize|--sanitize=address) preset=asan ;;
+    --sanitize=thread) preset=tsan ;;
+    --tidy) tidy=true ;;
+    --filter) filter="${2:?--filter needs a regular expression}"; shift ;;
+    --filter=*) filter="${1#--filter=}" ;;
+    -h|--help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    *) echo "tests/run.sh: unknown option $1; see --help" >&2; exit 2 ;;
+  esac
+  shift
+done
+
+started=$SECONDS
+say() { printf '\n== %s  [%d s]\n' "$*" "$((SECONDS - started))"; }
+on_exit() {
+  local status=$?
+  if [[ $status -ne 0 ]]; then
+    printf '\ntests/run.sh: FAILED (%s, exit status %d, %d s)\n' "$step" "$status" \
+      "$((SECONDS - started))" >&2
+  fi
+}
+trap on_exit EXIT
+
+step="installing packages"
+say "Packages"
+sections=(build test format)
+if $tidy; then sections+=(tidy); fi
+deploy/install-packages.sh "${sections[@]}"
+
+# One compiler needs up to 1.5 GiB for the generated gRPC code.
+memory_gib=$(awk '/MemTotal/ { print int($2 / 1048576) }' /proc/meminfo)
+jobs=$(nproc)
+most_jobs=$((memory_gib * 2 / 3))
+if ((jobs > most_jobs)); then jobs=$((most_jobs > 0 ? most_jobs : 1)); fi
+
+configure=(-DAMHEX_TESTS=ON)
+if command -v ccache >/dev/null; then configure+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+
+if $tidy; then
+  step="clang-tidy"
+  say "Configure (tidy)"
+  cmake --preset tidy "${configure[@]}" -DCMAKE_CXX_COMPILER_LAUNCHER=
+  say "Build through clang-tidy with $jobs jobs"
+  cmake --build --preset tidy -j "$jobs"
+  printf '\ntests/run.sh: PASSED (clang-tidy, %d s)\n' "$((SECONDS - started))"
+  exit 0
+fi
+
+step="configuring"
+say "Configure ($preset)"
+cmake --preset "$preset" "${configure[@]}"
+
+step="building"
+say "Build with $jobs jobs"
+cmake --build --preset "$preset" -j "$jobs"
+
+step="testing"
+say "Tests"
+select=()
+if [[ -n $filter ]]; then select=(-R "$filter"); fi
+results="build/$preset/test_results.txt"
+ctest --preset "$preset" -j "$jobs" "${select[@]}" | tee "$results"
+
+summary=$(grep -E '^[0-9]+% tests passed' "$results" || true)
+printf '\ntests/run.sh: PASSED (%s, %d s)\n' "$summary" "$((SECONDS - started))"
