@@ -1,0 +1,91 @@
+// What per-element bodies need from the machine they are compiled for: host by g++, device by nvcc.
+//
+// Every operation here gives the same bits on both machines: fused multiply-adds are explicit,
+// and atomics are used on integers only, where the order of additions cannot matter.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "amhex/vec3.h"
+
+// Marks a host function whose loops are worth one copy per vector width, chosen when the program
+// is loaded. Sanitizers cannot run before the loader resolves such copies.
+#if !defined(__CUDACC__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define AMHEX_VECTOR_CLONES \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define AMHEX_VECTOR_CLONES
+#endif
+
+namespace amhex {
+
+// a * b + c, rounded once on every machine.
+AMHEX_HD inline float FusedMultiplyAdd(float a, float b, float c) {
+#if defined(__CUDA_ARCH__)
+  return fmaf(a, b, c);
+#else
+  return __builtin_fmaf(a, b, c);
+#endif
+}
+
+AMHEX_HD constexpr float AbsoluteValue(float a) { return a < 0.0f ? -a : a; }
+
+template <class T>
+AMHEX_HD constexpr T Larger(T a, T b) {
+  return a > b ? a : b;
+}
+
+template <class T>
+AMHEX_HD constexpr T Smaller(T a, T b) {
+  return a < b ? a : b;
+}
+
+template <class T>
+AMHEX_HD constexpr T Clamped(T value, T low, T high) {
+  return value < low ? low : (value > high ? high : value);
+}
+
+AMHEX_HD inline int32_t CountBits(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __popc(bits);
+#else
+  return __builtin_popcount(bits);
+#endif
+}
+
+AMHEX_HD inline void AtomicAdd(int64_t* target, int64_t value) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(reinterpret_cast<unsigned long long*>(target), static_cast<unsigned long long>(value));
+#else
+  __atomic_fetch_add(target, value, __ATOMIC_RELAXED);
+#endif
+}
+
+AMHEX_HD inline void AtomicAdd(int32_t* target, int32_t value) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(target, value);
+#else
+  __atomic_fetch_add(target, value, __ATOMIC_RELAXED);
+#endif
+}
+
+// Unit vector along float `a`; the zero vector stays zero. Square root and division are the IEEE
+// ones, so host and device agree.
+AMHEX_HD inline Vec3f UnitVector(const Vec3f& a) {
+  const float length = sqrtf(Dot(a, a));
+  return length > 0.0f ? a / length : a;
+}
+
+template <class T>
+AMHEX_HD constexpr Vec3f ToFloat(const Vec3<T>& a) {
+  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
+}
+
+template <class T>
+AMHEX_HD constexpr Vec3d ToDouble(const Vec3<T>& a) {
+  return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
+}
+
+}  // namespace amhex
