@@ -1,0 +1,255 @@
+#include "closure/delaunay_fill.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "closure/filling_points.h"
+#include "closure/star_geometry.h"
+#include "closure/tetrahedral_cover.h"
+#include "input/hull_queries.h"
+#include "topology/primitives.h"
+
+namespace amhex {
+namespace {
+
+// Flat tetrahedra between hull vertices lie outside if they are nearer to the hull than this.
+constexpr double kHullSliverDepth = 0.15;
+constexpr double kOnHullDistance = 0.02;
+// Cells with contradictory sides are given up and the cover is made again, this often.
+constexpr int kMaxCoverRounds = 12;
+// A pyramid is taken instead of two tetrahedra if it is at least this good.
+constexpr double kMinPyramidQuality = 0.03;
+
+class DelaunayFiller {
+ public:
+  DelaunayFiller(const Hull& hull, const Cavities& cavities, uint64_t seed, WorkingMesh* mesh)
+      : hull_(hull),
+        cavities_(cavities),
+        mesh_(*mesh),
+        cover_(*mesh, AddFillingPoints(hull, cavities, mesh), seed) {}
+
+  DelaunayFillReport Run() {
+    if (cover_.tetrahedra().count() == 0) return {};
+    std::vector<uint8_t> excluded(mesh_.cell_slots(), 0);
+    for (int round = 0; round < kMaxCoverRounds; ++round) {
+      cover_.CoverCells(excluded);
+      Flood();
+      if (contradictions_.empty()) break;
+      for (const int cell : contradictions_) excluded[cell] = 1;
+    }
+    return Replace();
+  }
+
+ private:
+  enum class Side : uint8_t { kUnknown, kInside, kOutside };
+
+  void Flood() {
+    const int count = cover_.tetrahedra().count();
+    side_.assign(count, Side::kUnknown);
+    visited_.assign(count, 0);
+    dying_.assign(mesh_.cell_slots(), 0);
+    cavity_done_.assign(cavities_.count(), 0);
+    contradictions_.clear();
+    pending_.clear();
+    pending_cells_.clear();
+    LocateUncoveredCells();
+    for (int cavity = 0; cavity < cavities_.count(); ++cavity) OpenCavity(cavity);
+    while (!pending_.empty() || !pending_cells_.empty()) {
+      if (!pending_.empty()) {
+        const int t = pending_.back();
+        pending_.pop_back();
+        Enter(t);
+      } else {
+        const int cell = pending_cells_.back();
+        pending_cells_.pop_back();
+        Dissolve(cell);
+      }
+    }
+  }
+
+  void LocateUncoveredCells() {
+    cells_in_.assign(cover_.tetrahedra().count(), {});
+    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      if (!mesh_.alive(cell) || cover_.IsCovered(cell)) continue;
+      const CellVertices vertices = VerticesOf(mesh_.corners(cell));
+      Vec3d centre;
+      for (const int32_t v : vertices) centre += mesh_.vertices()[v];
+      const int t = cover_.Containing(centre / vertices.count, vertices.v[0]);
+      if (t >= 0) cells_in_[t].push_back(cell);
+    }
+  }
+
+  void OpenCavity(int cavity) {
+    if (cavity_done_[cavity]) return;
+    cavity_done_[cavity] = 1;
+    for (const CellFace& face : cavities_.faces[cavity]) {
+      TakeFace(mesh_.Owner(face), face);
+    }
+  }
+
+  // The far side of this face of `cell` belongs to the region.
+  void TakeFace(int cell, const CellFace& face) {
+    if (cell < 0) return;
+    if (!cover_.IsCovered(cell)) {
+      Kill(cell);
+      return;
+    }
+    for (const int t : cover_.TetrahedraBehind(cell, face)) Visit(t);
+  }
+
+  void Kill(int cell) {
+    if (dying_[cell]) return;
+    dying_[cell] = 1;
+    pending_cells_.push_back(cell);
+  }
+
+  void Dissolve(int cell) {
+    for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
+      const int half = mesh_.FindHalfFace(face);
+      const int32_t behind = mesh_.owner(half ^ 1);
+      if (behind >= 0) {
+        TakeFace(behind, Reversed(face));
+      } else if (behind == WorkingMesh::kOpen && cavities_.Of(half) >= 0) {
+        OpenCavity(cavities_.Of(half));
+      }
+    }
+  }
+
+  void Visit(int t) {
+    if (visited_[t] || cover_.occupant(t) != TetrahedralCover::kFree) return;
+    if (SideOf(t) != Side::kInside) return;
+    visited_[t] = 1;
+    pending_.push_back(t);
+  }
+
+  void Enter(int t) {
+    for (const int cell : cells_in_[t]) Kill(cell);
+    for (int i = 0; i < 4; ++i) {
+      const auto across = cover_.Across(t, i);
+      if (across.cell < 0) {
+        Visit(across.tetrahedron);
+        continue;
+      }
+      if (across.face.count == 0) continue;
+      const int half = mesh_.FindHalfFace(across.face);
+      const int32_t behind = mesh_.owner(half ^ 1);
+      if (behind >= 0 && !cover_.IsCovered(behind)) Kill(behind);
+      if (behind == WorkingMesh::kOpen && cavities_.Of(half) >= 0) OpenCavity(cavities_.Of(half));
+    }
+  }
+
+  // Inside or outside: what the faces of covered cells demand comes first, then the hull.
+  Side SideOf(int t) {
+    if (side_[t] != Side::kUnknown) return side_[t];
+    int hull_cell = -1;
+    bool inside = false;
+    for (int i = 0; i < 4; ++i) {
+      const auto across = cover_.Across(t, i);
+      if (across.cell < 0 || across.face.count == 0) continue;
+      if (mesh_.Across(across.face) == WorkingMesh::kHull) {
+        hull_cell = across.cell;
+      } else {
+        inside = true;
+      }
+    }
+    if (hull_cell >= 0 && inside) contradictions_.push_back(hull_cell);
+    if (hull_cell >= 0) return side_[t] = inside ? Side::kInside : Side::kOutside;
+    if (inside) return side_[t] = Side::kInside;
+    return side_[t] = IsInsideHull(t) ? Side::kInside : Side::kOutside;
+  }
+
+  bool IsInsideHull(int t) const {
+    const auto& v = cover_.tetrahedra().vertices[t];
+    Vec3d centre;
+    for (const int32_t id : v) {
+      if (id < 0) return false;
+      centre += mesh_.vertices()[id] * 0.25;
+    }
+    const bool all_on_hull = std::all_of(v.begin(), v.end(), [&](int32_t id) {
+      return hull_.queries->Closest(mesh_.vertices()[id], kOnHullDistance).triangle >= 0;
+    });
+    if (all_on_hull && hull_.queries->Closest(centre, kHullSliverDepth).triangle >= 0) return false;
+    return hull_.queries->IsInside(centre);
+  }
+
+  DelaunayFillReport Replace() {
+    DelaunayFillReport report;
+    const auto& tetrahedra = cover_.tetrahedra();
+    for (int cell = 0; cell < static_cast<int>(dying_.size()); ++cell) {
+      if (!dying_[cell] || !mesh_.alive(cell)) continue;
+      ++report.cells_removed;
+      report.hexahedra_removed += mesh_.is_hexahedron(cell) ? 1 : 0;
+      mesh_.RemoveCell(cell);
+    }
+    std::vector<uint8_t> done(tetrahedra.count(), 0);
+    for (int t = 0; t < tetrahedra.count(); ++t) {
+      if (visited_[t] && !done[t]) report.pyramids_added += JoinToPyramid(t, &done) ? 1 : 0;
+    }
+    for (int t = 0; t < tetrahedra.count(); ++t) {
+      if (!visited_[t] || done[t]) continue;
+      const auto [a, b, c, d] = tetrahedra.vertices[t];
+      // MakeTetrahedron wants 0-2-1 as its outward base: d lies on the inner side of a, b, c.
+      report.tetrahedra_added += mesh_.AddCell(MakeTetrahedron(a, b, c, d)) >= 0 ? 1 : 0;
+    }
+    for (int t = 0; t < tetrahedra.count(); ++t) {
+      if (visited_[t]) MarkHullFaces(t);
+    }
+    return report;
+  }
+
+  // Two tetrahedra of one apex behind one quad of a covered cell are a pyramid.
+  bool JoinToPyramid(int t, std::vector<uint8_t>* done) {
+    for (int i = 0; i < 4; ++i) {
+      const auto across = cover_.Across(t, i);
+      if (across.cell < 0 || across.face.count != 4) continue;
+      const int32_t apex = cover_.tetrahedra().vertices[t][i];
+      for (const int other : cover_.TetrahedraBehind(across.cell, across.face)) {
+        const auto& v = cover_.tetrahedra().vertices[other];
+        if (other == t || !visited_[other] || (*done)[other] ||
+            std::find(v.begin(), v.end(), apex) == v.end()) {
+          continue;
+        }
+        if (StarQuality(across.face, mesh_.vertices()[apex], mesh_.vertices()) <
+            kMinPyramidQuality) {
+          continue;
+        }
+        if (mesh_.AddCell(MakePyramid(Reversed(across.face).v, apex)) < 0) continue;
+        (*done)[t] = (*done)[other] = 1;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // Faces of the region towards what is outside become hull.
+  void MarkHullFaces(int t) {
+    static constexpr int kOutwardFace[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    const auto& tetrahedra = cover_.tetrahedra();
+    for (int i = 0; i < 4; ++i) {
+      const auto across = cover_.Across(t, i);
+      if (across.cell >= 0 || visited_[across.tetrahedron]) continue;
+      const auto& v = tetrahedra.vertices[t];
+      mesh_.MarkHull(
+          {3, {v[kOutwardFace[i][0]], v[kOutwardFace[i][1]], v[kOutwardFace[i][2]], -1}});
+    }
+  }
+
+  const Hull& hull_;
+  const Cavities& cavities_;
+  WorkingMesh& mesh_;
+  TetrahedralCover cover_;
+  std::vector<Side> side_;
+  std::vector<uint8_t> visited_, dying_, cavity_done_;
+  std::vector<std::vector<int>> cells_in_;
+  std::vector<int> contradictions_, pending_, pending_cells_;
+};
+
+}  // namespace
+
+DelaunayFillReport FillByDelaunay(const Hull& hull, const Cavities& cavities, uint64_t seed,
+                                  WorkingMesh* mesh) {
+  return DelaunayFiller(hull, cavities, seed, mesh).Run();
+}
+
+}  // namespace amhex
