@@ -34,7 +34,8 @@ bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_
           region->hull_faces.push_back(Reversed(face));
         } else {
           const int cavity = cavities.Of(half);
-          if (cavity >= 0 && !Contains(region->cavities, cavity)) {
+          if (cavity < 0) return false;  // opened since the cavities were collected
+          if (!Contains(region->cavities, cavity)) {
             region->cavities.insert(
                 std::lower_bound(region->cavities.begin(), region->cavities.end(), cavity), cavity);
             grown = true;

@@ -19,7 +19,8 @@ struct Region {
 };
 
 // Recomputes walls and hull faces; cavities that touch an absorbed cell join the region. False if
-// the region grows beyond `max_walls`.
+// the region grows beyond `max_walls` or meets a face that opened after the cavities were
+// collected.
 bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_walls,
                   Region* region);
 

@@ -206,6 +206,7 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
   std::set<std::vector<int>> seen;
   int rounds_without_gain = 0;
   for (int depth = 1; depth <= limits.depth; ++depth) {
+    if (limits.run != nullptr && limits.run->ShouldStop()) return std::nullopt;
     std::vector<Candidate> next;
     for (const Candidate& candidate : beam) {
       for (const int cell : CellsAround(mesh, candidate.region)) {

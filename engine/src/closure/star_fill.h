@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "amhex/run_context.h"
 #include "closure/region.h"
 
 namespace amhex {
@@ -33,8 +34,9 @@ struct GrowthLimits {
   int depth = 6;  // cells absorbed at most beyond the seed
   int beam_width = 6;
   size_t max_walls = 120;
-  double enough_quality = 0.3;   // stop growing once reached and no longer improving
-  bool forbid_cavities = false;  // repairs must not touch open cavities
+  double enough_quality = 0.3;      // stop growing once reached and no longer improving
+  bool forbid_cavities = false;     // repairs must not touch open cavities
+  const RunContext* run = nullptr;  // polled between depths if set
 };
 
 // Grows `seeds` over neighbouring cells by beam search; returns the best filling cheaper than

@@ -1,0 +1,128 @@
+#include "closure/close_complex.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "closure/cavities.h"
+#include "closure/delaunay_fill.h"
+#include "closure/prepare_cavities.h"
+#include "closure/star_fill.h"
+
+namespace amhex {
+namespace {
+
+// How far stars may grow, by round.
+struct StarRound {
+  int depth;
+  int beam_width;
+  size_t max_cavity_faces;
+};
+constexpr StarRound kFirstRounds[] = {{6, 4, 60}, {9, 6, 100}};
+constexpr StarRound kSlitRounds[] = {{4, 4, 40}, {7, 6, 80}};
+// Each attempt of the last resort removes one more layer of cells around what resisted.
+constexpr int kDelaunayAttempts = 6;
+
+class Closer {
+ public:
+  Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, RunContext& run)
+      : hull_(hull), seed_(seed), run_(run), mesh_(complex) {}
+
+  absl::StatusOr<CellComplex> Run() {
+    RemoveLooseCells(&mesh_);
+    SnapFacesToHull(hull_, &mesh_);
+    first_open_ = std::max<size_t>(1, mesh_.OpenFaces().size());
+    for (const StarRound& round : kFirstRounds) {
+      FillWithStars(round);
+      RemoveLooseCells(&mesh_);
+    }
+    for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
+      if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+      for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
+      FillByDelaunay(hull_, CollectCavities(mesh_), seed_ + static_cast<uint64_t>(attempt), &mesh_);
+      for (const StarRound& round : kSlitRounds) FillWithStars(round);
+    }
+    if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+    if (HasOpenFaces()) return OpenError();
+    return mesh_.ToComplex();
+  }
+
+ private:
+  bool HasOpenFaces() const { return !mesh_.OpenFaces().empty(); }
+
+  // Tries every cavity once, smallest first.
+  void FillWithStars(const StarRound& round) {
+    Cavities cavities = CollectCavities(mesh_);
+    std::vector<int> order(cavities.count());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return cavities.faces[a].size() < cavities.faces[b].size();
+    });
+    GrowthLimits limits;
+    limits.depth = round.depth;
+    limits.beam_width = round.beam_width;
+    limits.run = &run_;
+    for (const int cavity : order) {
+      if (run_.ShouldStop()) return;
+      const size_t size = cavities.faces[cavity].size();
+      if (size == 0 || size > round.max_cavity_faces) continue;
+      Region seed;
+      seed.cavities = {cavity};
+      const auto filling = GrowStar(mesh_, hull_, cavities, {}, limits, {seed}, 1e8);
+      if (!filling) continue;
+      ApplyStar(*filling, &mesh_);
+      for (const int filled : filling->region.cavities) {
+        for (const CellFace& face : cavities.faces[filled]) {
+          cavities.of_half_face[mesh_.FindHalfFace(face)] = -1;
+        }
+        cavities.faces[filled].clear();
+      }
+    }
+    ReportProgress();
+  }
+
+  void RemoveCellsAtCavities() {
+    for (const CellFace& face : mesh_.OpenFaces()) {
+      const int32_t cell = mesh_.Owner(face);
+      if (cell >= 0) mesh_.RemoveCell(cell);
+    }
+  }
+
+  void ReportProgress() {
+    Progress progress = run_.progress();
+    progress.stage_fraction =
+        1.0 - static_cast<double>(mesh_.OpenFaces().size()) / static_cast<double>(first_open_);
+    progress.stage_fraction = std::clamp(progress.stage_fraction, 0.0, 0.99);
+    progress.cell_count = progress.hexahedron_count = 0;
+    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      progress.cell_count += mesh_.alive(cell) ? 1 : 0;
+      progress.hexahedron_count += mesh_.alive(cell) && mesh_.is_hexahedron(cell) ? 1 : 0;
+    }
+    run_.Report(progress);
+  }
+
+  absl::Status OpenError() const {
+    const auto open = mesh_.OpenFaces();
+    const Vec3d place = hull_.frame.ToUser(FaceCentroid(open.front(), mesh_.vertices()));
+    return absl::InternalError(absl::StrFormat(
+        "no valid mesh was found: %d faces stay open, the first near (%g, %g, %g); try another "
+        "cell count",
+        open.size(), place.x, place.y, place.z));
+  }
+
+  const Hull& hull_;
+  const uint64_t seed_;
+  RunContext& run_;
+  WorkingMesh mesh_;
+  size_t first_open_ = 1;
+};
+
+}  // namespace
+
+absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
+                                         const MeshingParams& params, RunContext& run) {
+  return Closer(complex, hull, params.run.seed, run).Run();
+}
+
+}  // namespace amhex
