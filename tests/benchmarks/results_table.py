@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+"""Meshes a list of models with the `amhex` client and writes the measured table, docs/results.md.
+
+    tests/benchmarks/results_table.py --amhex build/release/client/amhex --models FOLDER
+    tests/benchmarks/results_table.py --server localhost:7443 part.obj:9500 scan.drc
+
+Each model is FILE or FILE:CELLS. Without any, the default list is looked for in --models. Every
+figure is read from what `amhex mesh --json` wrote for a mesh that it had checked; a model without a
+valid mesh appears with its error. Standard library only.
+"""
+
+import argparse
+import datetime
+import json
+import os
+import pathlib
+import platform
+import re
+import subprocess
+import sys
+import time
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+
+DEFAULT_MODELS = [
+    "fandisk.obj:9500",
+    "twistcube.obj:5700",
+    "rod.obj:7400",
+    "sculpt.ply:5200",
+    "cylinder.obj:1700",
+    "jumpramp.obj:1500",
+    "holeblock.off:7500",
+    "rocker-arm.obj:5000",
+    "hand.obj:10000",
+    "bunny_qp14.drc:10000",
+    "bunny-cloud_8k.ply",
+    "igea_5k_qp14_qn10.drc",
+    "twistcube_cloud_6k.ply",
+]
+
+# Table 1 of the paper, rows "Ours": cells, hexahedra by number and by volume in percent, least and
+# average scaled Jacobian, seconds. The paper's machine is its own; its cylinder is the native run.
+PAPER = {
+    "fandisk": (9523, 89.5, 95.3, 0.303, 0.973, 780),
+    "twistcube": (5695, 96.2, 98.5, 0.571, 0.992, 16),
+    "rod": (7409, 87.2, 94.1, 0.355, 0.968, 541),
+    "sculpt": (5247, 77.1, 89.1, 0.251, 0.934, 667),
+    "cylinder": (1671, 85.8, 93.1, 0.298, 0.964, 16),
+    "jumpramp": (1460, 97.3, 98.7, 0.776, 0.994, 9),
+    "holeblock": (7491, 87.8, 93.9, 0.250, 0.970, 175),
+    "hand": (47132, 81.5, 90.8, 0.253, 0.950, 521),
+    "bunny": (49243, 76.7, 88.2, 0.252, 0.939, 1639),
+    "igea": (27015, 76.8, 88.2, 0.251, 0.941, 1228),
+}
+
+CELL_TYPES = ["hexahedron", "hexprism", "prism", "slice", "pyramid", "tetrahedron"]
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("model", nargs="*", help="FILE or FILE:CELLS")
+    parser.add_argument("--models", type=pathlib.Path, help="folder of the default list")
+    parser.add_argument("--amhex", default=REPOSITORY / "build/release/client/amhex",
+                        type=pathlib.Path, help="the client (default: %(default)s)")
+    parser.add_argument("--server", help="address of a running amhexd (default: --local)")
+    parser.add_argument("--backend", default="auto", choices=["auto", "cpu", "cuda"])
+    parser.add_argument("--output", default=REPOSITORY / "docs/results.md", type=pathlib.Path)
+    parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("results"),
+                        help="folder for meshes and JSON files (default: ./results)")
+    parser.add_argument("--timeout", type=float, default=1800, help="seconds per model")
+    arguments = parser.parse_args()
+    if not arguments.model and not arguments.models:
+        parser.error("give models, or the folder of the default list with --models")
+    return arguments
+
+
+def split_model(text):
+    """'a/b.obj:500' -> (path, 500); 'a/b.obj' -> (path, None)."""
+    match = re.fullmatch(r"(.+):(\d+)", text)
+    return (pathlib.Path(match[1]), int(match[2])) if match else (pathlib.Path(text), None)
+
+
+def mesh(arguments, path, cells):
+    """Runs the client on one model; its JSON report, or the error it printed."""
+    arguments.keep.mkdir(parents=True, exist_ok=True)
+    report_path = arguments.keep / (path.stem + ".json")
+    report_path.unlink(missing_ok=True)
+    command = [str(arguments.amhex), "mesh", str(path)]
+    command += ["-o", str(arguments.keep / (path.stem + ".vtu")), "--json", str(report_path)]
+    command += ["--server", arguments.server] if arguments.server else ["--local"]
+    command += ["--backend", arguments.backend]
+    if cells:
+        command += ["--cells", str(cells)]
+    print(" ".join(command), flush=True)
+    started = time.monotonic()
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=arguments.timeout)
+    except subprocess.TimeoutExpired:
+        return None, f"no result within {arguments.timeout:.0f} s", arguments.timeout
+    seconds = time.monotonic() - started
+    if run.returncode != 0:
+        lines = [line for line in run.stderr.splitlines() if line.strip()]
+        return None, lines[-1] if lines else f"exit status {run.returncode}", seconds
+    with open(report_path, encoding="utf-8") as file:
+        return json.load(file), None, seconds
+
+
+def paper_row(path):
+    stem = path.stem
+    return PAPER.get(re.split(r"[_-]", stem)[0])
+
+
+def percent(ratio):
+    return f"{100 * ratio:.1f}"
+
+
+def quality_row(path, cells, report):
+    s = report["statistics"]
+    by_type = s["cells_by_type"]
+    return [
+        path.name,
+        str(cells) if cells else "–",
+        str(s["cell_count"]),
+        " / ".join(str(by_type.get(name, 0)) for name in CELL_TYPES),
+        percent(s["hexahedra_ratio"]),
+        percent(s["hexahedra_volume_ratio"]),
+        f"{s['min_scaled_jacobian']:.3f}",
+        f"{s['average_scaled_jacobian']:.3f}",
+        f"{s['min_scaled_jacobian_hexahedra']:.3f}",
+        f"{s['average_scaled_jacobian_hexahedra']:.3f}",
+        f"{100 * s['mesh_to_input_max']:.2f}",
+        f"{100 * s['input_to_mesh_max']:.2f} ({100 * s['input_to_mesh_mean']:.3f})",
+        str(s["genus"]),
+    ]
+
+
+def cost_row(path, report, seconds, stage_names):
+    wall = {stage["stage"]: stage["wall_seconds"] for stage in report["stages"]}
+    peak = max((stage["peak_memory_bytes"] for stage in report["stages"]), default=0)
+    row = [path.name, str(report["statistics"]["cell_count"])]
+    row += [f"{wall.get(name, 0):.2f}" for name in stage_names]
+    return row + [f"{sum(wall.values()):.2f}", f"{seconds:.2f}", f"{peak / 2**20:.0f}"]
+
+
+def comparison_row(path, report, seconds):
+    paper = paper_row(path)
+    s = report["statistics"]
+    ours = [str(s["cell_count"]), percent(s["hexahedra_ratio"]),
+            percent(s["hexahedra_volume_ratio"]), f"{s['min_scaled_jacobian']:.3f}",
+            f"{s['average_scaled_jacobian']:.3f}", f"{seconds:.0f}"]
+    theirs = [str(paper[0]), f"{paper[1]:.1f}", f"{paper[2]:.1f}", f"{paper[3]:.3f}",
+              f"{paper[4]:.3f}", str(paper[5])]
+    return [path.name] + [f"{a} ({b})" for a, b in zip(ours, theirs)]
+
+
+def table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def git(*arguments):
+    run = subprocess.run(["git", "-C", str(REPOSITORY), *arguments],
+                         capture_output=True, text=True, check=False)
+    return run.stdout.strip()
+
+
+def machine():
+    model = platform.processor() or platform.machine()
+    memory = 0
+    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("model name"):
+            model = line.split(":", 1)[1].strip()
+            break
+    for line in pathlib.Path("/proc/meminfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("MemTotal"):
+            memory = int(line.split()[1]) // 2**20
+    return f"{model}, {os.cpu_count()} threads, {memory} GiB"
+
+
+def write_document(arguments, results):
+    done = [(path, cells, report, seconds)
+            for path, cells, report, error, seconds in results if report]
+    failed = [(path, cells, error) for path, cells, report, error, _ in results if not report]
+    commit = git("rev-parse", "--short=12", "HEAD") or "unknown"
+    changed = git("status", "--porcelain", "--untracked-files=no", "--",
+                  "CMakeLists.txt", "cmake", "engine", "proto", "server", "client")
+    stage_names = [stage["stage"] for stage in done[0][2]["stages"]] if done else []
+
+    parts = [
+        "# Measured results",
+        "Written by `tests/benchmarks/results_table.py`; run it on your own files. Default "
+        "parameters but for the size. Every mesh passed the engine's validator and the client's "
+        "check. The models are not part of the repository.",
+        "\n".join([
+            f"- commit: {commit}" + (" with local changes" if changed else ""),
+            f"- machine: {machine()}",
+            f"- date: {datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}",
+            f"- backend: {done[0][2]['backend_note'] if done else '–'}",
+        ]),
+        "## Quality",
+        "Cells are hexahedra / hexprisms / prisms / slices / pyramids / tetrahedra. MSJ and ASJ are "
+        "the minimum and the average over cells of the least scaled Jacobian. Distances are in "
+        "percent of the diagonal of the input's box.",
+        table(["model", "cells wanted", "cells", "by type", "hex %", "hex vol %", "MSJ", "ASJ",
+               "MSJ hex", "ASJ hex", "mesh → input max", "input → mesh max (mean)", "genus"],
+              [quality_row(*entry[:3]) for entry in done]),
+        "## Cost",
+        "Wall-clock seconds per stage; `engine` is their sum, `client` the whole command from start "
+        "to exit: reading, encoding, queueing, meshing, checking, writing. Peak memory is the worker "
+        "process's, in MiB.",
+        table(["model", "cells"] + stage_names + ["engine", "client", "peak MiB"],
+              [cost_row(path, report, seconds, stage_names)
+               for path, _, report, seconds in done]),
+    ]
+    compared = [entry for entry in done if paper_row(entry[0])]
+    if compared:
+        parts += [
+            "## Beside the paper",
+            "In brackets: Table 1, rows “Ours”. Seconds are on different machines, sizes differ "
+            "where the counts say so, and cylinder, jumpramp and holeblock are look-alikes of the "
+            "paper's models.",
+            table(["model", "cells", "hex %", "hex vol %", "MSJ", "ASJ", "seconds"],
+                  [comparison_row(path, report, seconds)
+                   for path, _, report, seconds in compared]),
+        ]
+    warned = [(path, report["warnings"]) for path, _, report, _ in done if report["warnings"]]
+    if warned:
+        parts += ["## Warnings",
+                  "\n".join(f"- {path.name}: {'; '.join(text)}" for path, text in warned)]
+    if failed:
+        parts += ["## Without a valid mesh",
+                  "\n".join(f"- {path.name}{f' ({cells} cells)' if cells else ''}: {error}"
+                            for path, cells, error in failed)]
+    arguments.output.parent.mkdir(parents=True, exist_ok=True)
+    arguments.output.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def main():
+    arguments = parse_arguments()
+    names = arguments.model or [str(arguments.models / name) for name in DEFAULT_MODELS]
+    results = []
+    for name in names:
+        path, cells = split_model(name)
+        report, error, seconds = mesh(arguments, path, cells)
+        results.append((path, cells, report, error, seconds))
+        verdict = f"failed: {error}" if error else "valid"
+        print(f"  {path.name}: {verdict}, {seconds:.1f} s", flush=True)
+        # After every model, so that an interrupted run leaves what it measured.
+        write_document(arguments, results)
+    print(f"wrote {arguments.output}")
+    return 1 if any(error for *_, error, _ in results) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
