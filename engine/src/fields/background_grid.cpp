@@ -1,0 +1,91 @@
+#include "fields/background_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace amhex::fields {
+namespace {
+
+constexpr int kMaxDepth = 20;  // cells along an axis: 2^20; keys then fit into 60 bits
+constexpr int64_t kMaxNodes = (int64_t{1} << 31) - 1;
+// A side that is a whole number of cells but for rounding gets exactly that number.
+constexpr double kRoundingSlack = 1e-6;
+
+// Every third bit of a Morton code, packed.
+uint32_t Compact(uint64_t bits) {
+  bits &= 0x1249249249249249ULL;
+  bits = (bits | bits >> 2) & 0x10C30C30C30C30C3ULL;
+  bits = (bits | bits >> 4) & 0x100F00F00F00F00FULL;
+  bits = (bits | bits >> 8) & 0x001F0000FF0000FFULL;
+  bits = (bits | bits >> 16) & 0x001F00000000FFFFULL;
+  bits = (bits | bits >> 32) & 0x00000000001FFFFFULL;
+  return static_cast<uint32_t>(bits);
+}
+
+uint64_t Spread(uint32_t value) {
+  uint64_t bits = value & 0x1FFFFFU;
+  bits = (bits | bits << 32) & 0x001F00000000FFFFULL;
+  bits = (bits | bits << 16) & 0x001F0000FF0000FFULL;
+  bits = (bits | bits << 8) & 0x100F00F00F00F00FULL;
+  bits = (bits | bits << 4) & 0x10C30C30C30C30C3ULL;
+  bits = (bits | bits << 2) & 0x1249249249249249ULL;
+  return bits;
+}
+
+}  // namespace
+
+std::array<int32_t, 3> CellOfKey(uint64_t key) {
+  return {static_cast<int32_t>(Compact(key)), static_cast<int32_t>(Compact(key >> 1)),
+          static_cast<int32_t>(Compact(key >> 2))};
+}
+
+uint64_t KeyOfCell(const std::array<int32_t, 3>& cell) {
+  return Spread(static_cast<uint32_t>(cell[0])) | Spread(static_cast<uint32_t>(cell[1])) << 1 |
+         Spread(static_cast<uint32_t>(cell[2])) << 2;
+}
+
+Vec3d BackgroundGrid::Position(int64_t node) const {
+  const std::array<int32_t, 3> cell = CellOfKey(fine().key[node]);
+  return origin + Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * spacing;
+}
+
+absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const ProgressSlice& slice) {
+  BackgroundGrid grid;
+  const Vec3d extent = hull.box.Extent();
+  int depth = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = std::max(1.0, std::ceil(extent[axis] / grid.spacing - kRoundingSlack));
+    if (!(cells <= std::ldexp(1.0, kMaxDepth))) {
+      return absl::ResourceExhaustedError(absl::StrCat("the hull spans ", extent[axis],
+                                                       " edge lengths; the limit is ",
+                                                       std::ldexp(grid.spacing, kMaxDepth)));
+    }
+    while (std::ldexp(1.0, depth) < cells) ++depth;
+    grid.origin[axis] = (hull.box.low[axis] + hull.box.high[axis] - cells * grid.spacing) / 2;
+  }
+  const RunContext& run = slice.run();
+  absl::StatusOr<std::vector<uint64_t>> cells =
+      FindInsideCells(hull, grid.origin, grid.spacing, depth, run);
+  if (!cells.ok()) return cells.status();
+  const auto node_count = static_cast<int64_t>(cells->size());
+  if (node_count == 0) {
+    return absl::FailedPreconditionError(
+        "the hull is thinner than half an edge length everywhere: ask for more cells");
+  }
+  if (node_count > kMaxNodes) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the background grid needs ", node_count, " nodes; the limit is ", kMaxNodes));
+  }
+  grid.levels.emplace_back().key = *std::move(cells);
+  slice.Report(0.5);
+  if (absl::Status s = FindHullConstraints(hull, &grid, run); !s.ok()) return s;
+  slice.Report(0.8);
+  if (absl::Status s = BuildPyramid(&grid, run); !s.ok()) return s;
+  slice.Report(1.0);
+  return grid;
+}
+
+}  // namespace amhex::fields

@@ -1,0 +1,117 @@
+// The cubic grid of nodes that carries the fields: inside cells of spacing h / 2, what the hull
+// demands of those next to it, and a pyramid of coarser levels.
+//
+// Stored by nodes only, in Morton order: memory follows the volume inside, not the bounding box,
+// and neighbours in space are neighbours in memory.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
+#include "amhex/vec3.h"
+#include "fields/field_loops.h"
+#include "input/hull.h"
+
+namespace amhex::fields {
+
+// Nodes per edge length h.
+inline constexpr int kNodesPerEdge = 2;
+
+inline constexpr int kNeighbourCount = 18;
+inline constexpr int kForwardCount = 9;  // neighbours k and k + 9 lie opposite each other
+
+// Offsets in cells: 0..2 along +x +y +z, 3..8 face diagonals, 9..17 their negatives.
+inline constexpr std::array<std::array<int, 3>, kNeighbourCount> kNeighbourOffsets{{
+    {1, 0, 0},
+    {0, 1, 0},
+    {0, 0, 1},
+    {1, 1, 0},
+    {1, -1, 0},
+    {1, 0, 1},
+    {1, 0, -1},
+    {0, 1, 1},
+    {0, 1, -1},
+    {-1, 0, 0},
+    {0, -1, 0},
+    {0, 0, -1},
+    {-1, -1, 0},
+    {-1, 1, 0},
+    {-1, 0, -1},
+    {-1, 0, 1},
+    {0, -1, -1},
+    {0, -1, 1},
+}};
+inline constexpr int Opposite(int k) { return k < kForwardCount ? k + kForwardCount : k - 9; }
+inline constexpr bool IsAxisNeighbour(int k) { return k % kForwardCount < 3; }
+
+// "The hull passes through `point` with the outward unit `normal`."
+struct HullConstraint {
+  Vec3d normal;
+  Vec3d point;
+};
+
+// Up to three that differ clearly: a face, a sharp edge, a corner.
+struct HullConstraints {
+  std::array<HullConstraint, 3> item;
+  int count = 0;
+
+  const HullConstraint* begin() const { return item.data(); }
+  const HullConstraint* end() const { return item.data() + count; }
+};
+
+// One level of the pyramid; arrays have one entry per node.
+struct GridLevel {
+  std::vector<uint64_t> key;                                     // Morton code of the cell
+  std::vector<std::array<int32_t, kNeighbourCount>> neighbours;  // -1 = not inside
+  // Summed weights of the fine edges that join the two cells; empty on the finest level, where
+  // they are kAxisWeight and kDiagonalWeight.
+  std::vector<std::array<float, kNeighbourCount>> weights;
+  std::vector<int32_t> parent;              // node of the next coarser level; empty on the last
+  std::vector<int32_t> constraint_of_node;  // index into constraints, -1 = away from the hull
+  std::vector<HullConstraints> constraints;
+  // Nodes by the parity of their cell: no two neighbours share a colour.
+  std::array<std::vector<int32_t>, 8> colours;
+
+  int64_t count() const { return static_cast<int64_t>(key.size()); }
+  const HullConstraints* ConstraintsOf(int64_t node) const {
+    const int32_t index = constraint_of_node[node];
+    return index < 0 ? nullptr : &constraints[index];
+  }
+};
+
+inline constexpr float kAxisWeight = 1.0F;
+inline constexpr float kDiagonalWeight = 0.5F;
+
+struct BackgroundGrid {
+  double spacing = 1.0 / kNodesPerEdge;  // edge lengths
+  Vec3d origin;                          // lower corner of cell (0, 0, 0)
+  std::vector<GridLevel> levels;         // finest first
+
+  const GridLevel& fine() const { return levels.front(); }
+  int64_t count() const { return fine().count(); }
+  Vec3d Position(int64_t node) const;  // centre of the finest cell
+};
+
+// Position of a Morton code's cell, in cells.
+std::array<int32_t, 3> CellOfKey(uint64_t key);
+uint64_t KeyOfCell(const std::array<int32_t, 3>& cell);
+
+// All levels of the inside of `hull`. FAILED_PRECONDITION when no node lies inside,
+// RESOURCE_EXHAUSTED when the box needs more than 2^20 cells along an axis or 2^31 nodes.
+// O(nodes log triangles).
+absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const ProgressSlice& slice);
+
+// The single steps, for tests.
+// Sorted Morton codes of the inside cells (grid_cells.cpp).
+absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const Hull& hull, const Vec3d& origin,
+                                                      double spacing, int depth,
+                                                      const RunContext& run);
+// Fills constraint_of_node and constraints of the finest level (hull_constraints.cpp).
+absl::Status FindHullConstraints(const Hull& hull, BackgroundGrid* grid, const RunContext& run);
+// Adds the coarser levels, then neighbours and colours of all (grid_pyramid.cpp).
+absl::Status BuildPyramid(BackgroundGrid* grid, const RunContext& run);
+
+}  // namespace amhex::fields

@@ -1,0 +1,36 @@
+// Which cube faces the fields want glued: background edges whose ends belong to two sites that are
+// one lattice step apart vote for the pair of faces between them.
+#pragma once
+
+#include <vector>
+
+#include "fields/background_grid.h"
+#include "fields/lattice_form.h"
+#include "relax/sites.h"
+
+namespace amhex::fields {
+
+// The lattice of neighbour j continues that of i as x_i = rotation x_j + shift (in cells).
+struct LatticeTransition {
+  AxisRotation rotation;
+  std::array<int32_t, 3> shift{};
+};
+LatticeTransition TransitionBetween(const BackgroundGrid& grid, const LatticeForm& form,
+                                    const std::vector<Vec3d>& positions, int64_t i, int64_t j);
+
+// Pairs with at least two votes, sorted by (site_a, direction_a, site_b, direction_b), site_a being
+// the lower. O(nodes log nodes).
+std::vector<FaceLink> VoteFaceLinks(const BackgroundGrid& grid, const LatticeForm& form,
+                                    const std::vector<Vec3d>& positions, const Sites& sites,
+                                    const RunContext& run);
+
+// Squares of the grid around which the lattice does not close. Few of both = few open faces later.
+struct FieldDefects {
+  int64_t square_count = 0;
+  int64_t singular = 0;    // the frames turn once around
+  int64_t dislocated = 0;  // the frames close, the lattice is shifted
+};
+FieldDefects CountDefects(const BackgroundGrid& grid, const LatticeForm& form,
+                          const std::vector<Vec3d>& positions, const RunContext& run);
+
+}  // namespace amhex::fields

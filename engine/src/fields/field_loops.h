@@ -1,0 +1,67 @@
+// Parallel loops of the field stages: cancellable, and the same result at any thread count.
+#pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "amhex/run_context.h"
+
+namespace amhex::fields {
+
+// Elements between two polls of ShouldStop: microseconds each, so far below the 100 ms rule.
+inline constexpr int64_t kLoopGrain = 512;
+
+// Calls body(i) once for every i in [0, count). Bodies may only write what belongs to their own i.
+// After a stop request the rest is skipped: callers must ask run.CheckStop() before using results.
+template <class Body>
+void ForEach(const RunContext& run, int64_t count, const Body& body) {
+  using Range = oneapi::tbb::blocked_range<int64_t>;
+  oneapi::tbb::parallel_for(Range(0, count, kLoopGrain), [&](const Range& range) {
+    if (run.ShouldStop()) return;
+    for (int64_t i = range.begin(); i < range.end(); ++i) body(i);
+  });
+}
+
+// Elements per partial sum. Part of the result's bits, so never derived from the thread count.
+inline constexpr int64_t kSumBlock = 4096;
+
+// Sum of range_sum(begin, end) over fixed blocks, combined in order: independent of threads.
+template <class RangeSum>
+double DeterministicSum(const RunContext& run, int64_t count, const RangeSum& range_sum) {
+  const int64_t block_count = (count + kSumBlock - 1) / kSumBlock;
+  std::vector<double> partial(block_count, 0.0);
+  using Range = oneapi::tbb::blocked_range<int64_t>;
+  oneapi::tbb::parallel_for(Range(0, block_count, 1), [&](const Range& range) {
+    if (run.ShouldStop()) return;
+    for (int64_t b = range.begin(); b < range.end(); ++b) {
+      partial[b] = range_sum(b * kSumBlock, std::min(count, (b + 1) * kSumBlock));
+    }
+  });
+  double sum = 0;
+  for (const double p : partial) sum += p;
+  return sum;
+}
+
+// The part [begin, end] of the stage's progress that one step covers.
+class ProgressSlice {
+ public:
+  ProgressSlice(RunContext& run, double begin, double end) : run_(run), begin_(begin), end_(end) {}
+
+  // fraction in [0, 1] of the step.
+  void Report(double fraction) const {
+    Progress progress = run_.progress();
+    progress.stage_fraction = begin_ + (end_ - begin_) * std::clamp(fraction, 0.0, 1.0);
+    run_.Report(progress);
+  }
+  RunContext& run() const { return run_; }
+
+ private:
+  RunContext& run_;
+  double begin_, end_;
+};
+
+}  // namespace amhex::fields

@@ -1,0 +1,201 @@
+#include "fields/lattice_form.h"
+
+#include "fields/conjugate_gradient.h"
+#include "fields/lattice_jacobian.h"
+
+namespace amhex::fields {
+namespace {
+
+using Increments = std::vector<std::array<Vec3f, 3>>;
+
+// Cells along the node's axes per step `d` of the grid.
+Vec3d OwnIncrement(const Quaternion& frame, const Vec3d& size, int d, double spacing) {
+  const AxisFrame axes = ToFrame(frame);
+  return {axes.axis[0][d] * spacing / size.x, axes.axis[1][d] * spacing / size.y,
+          axes.axis[2][d] * spacing / size.z};
+}
+
+// Mean of what the two ends of each edge expect.
+Increments ExpectedIncrements(const BackgroundGrid& grid, const std::vector<Quaternion>& frames,
+                              const std::vector<Vec3d>& sizes, const ForwardCodes& codes,
+                              const RunContext& run) {
+  Increments increments(grid.count());
+  ForEach(run, grid.count(), [&](int64_t i) {
+    for (int d = 0; d < 3; ++d) {
+      const int32_t j = grid.fine().neighbours[i][d];
+      if (j < 0) continue;
+      const Vec3d here = OwnIncrement(frames[i], sizes[i], d, grid.spacing);
+      const Vec3d there =
+          AxisRotations()[codes[i][d]].Apply(OwnIncrement(frames[j], sizes[j], d, grid.spacing));
+      const Vec3d mean = (here + there) * 0.5;
+      increments[i][d] = {static_cast<float>(mean.x), static_cast<float>(mean.y),
+                          static_cast<float>(mean.z)};
+    }
+  });
+  return increments;
+}
+
+// The operator 1 + K C^T C on flat vectors of nine numbers per node; C = curl around the regular
+// squares.
+class ClosureSystem {
+ public:
+  ClosureSystem(const GridLevel& level, const ForwardCodes& codes, float weight,
+                const RunContext& run)
+      : level_(level), codes_(codes), weight_(weight), run_(run), is_regular_(level.count(), 0) {
+    ForEach(run, level.count(), [&](int64_t i) {
+      for (int d = 0; d < 3; ++d) {
+        if (IsRegularSquare(level, codes, i, d)) {
+          is_regular_[i] = static_cast<uint8_t>(is_regular_[i] | 1U << d);
+        }
+      }
+    });
+  }
+
+  void Curls(const Increments& x, Increments* curls) const {
+    ForEach(run_, level_.count(), [&](int64_t i) {
+      for (int d = 0; d < 3; ++d) {
+        (*curls)[i][d] = IsRegular(i, d) ? CurlAround(level_, codes_, x, i, d) : Vec3f{};
+      }
+    });
+  }
+
+  // C^T curls at one edge: the edge is the first or last leg of two squares of its own node, and
+  // an opposite leg of a square of two backward neighbours.
+  Vec3f Adjoint(const Increments& curls, int64_t i, int d) const {
+    const int before = (d + 2) % 3, after = (d + 1) % 3;
+    Vec3f sum = curls[i][d] - curls[i][before];
+    if (const int32_t j = level_.neighbours[i][Opposite(before)]; j >= 0) {
+      sum += AxisRotations()[codes_[j][before]].ApplyInverse(curls[j][before]);
+    }
+    if (const int32_t j = level_.neighbours[i][Opposite(after)]; j >= 0) {
+      sum -= AxisRotations()[codes_[j][after]].ApplyInverse(curls[j][d]);
+    }
+    return sum;
+  }
+
+  // One for the correction itself plus K per square that the edge bounds.
+  float DiagonalAt(int64_t i, int d) const {
+    const int before = (d + 2) % 3, after = (d + 1) % 3;
+    int squares = (IsRegular(i, d) ? 1 : 0) + (IsRegular(i, before) ? 1 : 0);
+    if (const int32_t j = level_.neighbours[i][Opposite(before)]; j >= 0) {
+      squares += IsRegular(j, before) ? 1 : 0;
+    }
+    if (const int32_t j = level_.neighbours[i][Opposite(after)]; j >= 0) {
+      squares += IsRegular(j, d) ? 1 : 0;
+    }
+    return 1 + weight_ * static_cast<float>(squares);
+  }
+
+  bool IsRegular(int64_t i, int d) const { return (is_regular_[i] >> d & 1) != 0; }
+  float weight() const { return weight_; }
+
+ private:
+  const GridLevel& level_;
+  const ForwardCodes& codes_;
+  float weight_;
+  const RunContext& run_;
+  std::vector<uint8_t> is_regular_;  // bit d: square d of the node
+};
+
+void Unflatten(const std::vector<float>& flat, const RunContext& run, Increments* increments) {
+  ForEach(run, static_cast<int64_t>(increments->size()), [&](int64_t i) {
+    for (int d = 0; d < 3; ++d) {
+      const float* from = &flat[9 * i + 3 * d];
+      (*increments)[i][d] = {from[0], from[1], from[2]};
+    }
+  });
+}
+
+template <class Value>
+void Flatten(const RunContext& run, int64_t count, const Value& value, std::vector<float>* flat) {
+  ForEach(run, count, [&](int64_t i) {
+    for (int d = 0; d < 3; ++d) {
+      const Vec3f v = value(i, d);
+      float* to = &(*flat)[9 * i + 3 * d];
+      to[0] = v.x, to[1] = v.y, to[2] = v.z;
+    }
+  });
+}
+
+absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings& settings,
+                             const RunContext& run, Increments* increments) {
+  const auto count = static_cast<int64_t>(increments->size());
+  const float weight = closure.weight();
+  Increments scratch(count), curls(count);
+  std::vector<float> rhs(9 * count), correction(9 * count, 0.0F);
+  LinearSystem system;
+  system.diagonal.resize(9 * count);
+  Flatten(
+      run, count,
+      [&](int64_t i, int d) {
+        const float value = closure.DiagonalAt(i, d);
+        return Vec3f{value, value, value};
+      },
+      &system.diagonal);
+  closure.Curls(*increments, &curls);
+  Flatten(
+      run, count, [&](int64_t i, int d) { return closure.Adjoint(curls, i, d) * -weight; }, &rhs);
+  system.apply = [&](const std::vector<float>& x, std::vector<float>& product) {
+    Unflatten(x, run, &scratch);
+    closure.Curls(scratch, &curls);
+    Flatten(
+        run, count,
+        [&](int64_t i, int d) { return scratch[i][d] + closure.Adjoint(curls, i, d) * weight; },
+        &product);
+  };
+  const absl::StatusOr<int> iterations = SolveConjugateGradient(
+      system, rhs, {settings.max_iterations, settings.tolerance}, run, &correction);
+  if (!iterations.ok()) return iterations.status();
+  Unflatten(correction, run, &scratch);
+  ForEach(run, count, [&](int64_t i) {
+    for (int d = 0; d < 3; ++d) (*increments)[i][d] += scratch[i][d];
+  });
+  return run.CheckStop();
+}
+
+}  // namespace
+
+bool IsRegularSquare(const GridLevel& level, const ForwardCodes& codes, int64_t node, int d) {
+  const int e = (d + 1) % 3;
+  const int32_t a = level.neighbours[node][d], b = level.neighbours[node][e];
+  if (a < 0 || b < 0 || level.neighbours[a][e] < 0) return false;
+  const auto& rotations = AxisRotations();
+  return Compose(rotations[codes[node][d]], rotations[codes[a][e]]) ==
+         Compose(rotations[codes[node][e]], rotations[codes[b][d]]);
+}
+
+Vec3f CurlAround(const GridLevel& level, const ForwardCodes& codes, const Increments& increments,
+                 int64_t node, int d) {
+  const int e = (d + 1) % 3;
+  const int32_t a = level.neighbours[node][d], b = level.neighbours[node][e];
+  const auto& rotations = AxisRotations();
+  return increments[node][d] + rotations[codes[node][d]].Apply(increments[a][e]) -
+         rotations[codes[node][e]].Apply(increments[b][d]) - increments[node][e];
+}
+
+absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,
+                                             const std::vector<Quaternion>& frames,
+                                             const std::vector<Vec3d>& sizes,
+                                             const ForwardCodes& codes,
+                                             const LatticeSettings& settings,
+                                             const ProgressSlice& slice) {
+  const RunContext& run = slice.run();
+  LatticeForm form;
+  form.increments = ExpectedIncrements(grid, frames, sizes, codes, run);
+  {
+    const ClosureSystem closure(grid.fine(), codes, static_cast<float>(settings.closure_weight),
+                                run);
+    if (absl::Status s = CloseIncrements(closure, settings, run, &form.increments); !s.ok()) {
+      return s;
+    }
+  }
+  slice.Report(0.9);
+  form.frames = frames;
+  form.sizes = sizes;
+  RecoverFrames(grid, codes, settings.density, run, &form);
+  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+  slice.Report(1.0);
+  return form;
+}
+
+}  // namespace amhex::fields

@@ -1,0 +1,49 @@
+// How many cells lie between neighbouring nodes, along each axis: a discrete one-form that is made
+// closed, so that the lattices of all nodes fit together.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "fields/background_grid.h"
+#include "fields/orientation_field.h"
+
+namespace amhex::fields {
+
+struct LatticeSettings {
+  double closure_weight = 300;  // K of the curl against the corrections
+  int max_iterations = 300;
+  double tolerance = 1e-3;
+  double density = 1.0;  // wanted cells per edge length cubed
+};
+
+struct LatticeForm {
+  // [node_count][d]: cells from the node to its neighbour d (+x, +y, +z of the grid), along the
+  // node's own axes; zero without a neighbour.
+  std::vector<std::array<Vec3f, 3>> increments;
+  // [node_count] steps[a] = the way in space of one cell along axis a (columns of the inverse
+  // Jacobian), edge lengths. Almost orthogonal.
+  std::vector<std::array<Vec3d, 3>> steps;
+  std::vector<Quaternion> frames;  // [node_count] rotation nearest to the steps
+  std::vector<Vec3d> sizes;        // [node_count] lengths of the steps, clamped to [0.5, 2]
+};
+
+// Grid square (node; +d, +(d + 1) % 3): its corners all exist and no frame singularity runs
+// through it, so that a closed form sums to zero around it.
+bool IsRegularSquare(const GridLevel& level, const ForwardCodes& codes, int64_t node, int d);
+
+// Increments once around that square, as seen from `node`; zero for a closed form.
+Vec3f CurlAround(const GridLevel& level, const ForwardCodes& codes,
+                 const std::vector<std::array<Vec3f, 3>>& increments, int64_t node, int d);
+
+// Smallest corrections of the increments of `frames` and `sizes` that close them around every
+// regular square: min |e|^2 + K |curl(increments + e)|^2. Then rescaled to the wanted density.
+absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,
+                                             const std::vector<Quaternion>& frames,
+                                             const std::vector<Vec3d>& sizes,
+                                             const ForwardCodes& codes,
+                                             const LatticeSettings& settings,
+                                             const ProgressSlice& slice);
+
+}  // namespace amhex::fields

@@ -1,0 +1,74 @@
+// The 24 rotations that carry the coordinate axes to themselves, and frames that match up to them.
+//
+// A frame names three axes only up to order and sign. Two neighbouring frames q_i and q_j are
+// compared after the rotation G of the group that brings q_j nearest to q_i: M_j = M_i G for equal
+// frames, so G carries lattice coordinates of j into those of i.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "amhex/vec3.h"
+#include "relax/sites.h"
+
+namespace amhex::fields {
+
+inline constexpr int kRotationCount = 24;
+
+// (G v)[k] = sign[k] * v[source[k]].
+struct AxisRotation {
+  std::array<int8_t, 3> source{0, 1, 2};
+  std::array<int8_t, 3> sign{1, 1, 1};
+
+  template <class T>
+  Vec3<T> Apply(const Vec3<T>& v) const {
+    return {sign[0] * v[source[0]], sign[1] * v[source[1]], sign[2] * v[source[2]]};
+  }
+  template <class T>
+  Vec3<T> ApplyInverse(const Vec3<T>& v) const {
+    Vec3<T> r;
+    for (int k = 0; k < 3; ++k) r[source[k]] = sign[k] * v[k];
+    return r;
+  }
+  bool operator==(const AxisRotation&) const = default;
+};
+
+// a after b.
+AxisRotation Compose(const AxisRotation& a, const AxisRotation& b);
+
+// Indexed by the codes that NearestRotation returns; code 0 is the identity.
+const std::array<AxisRotation, kRotationCount>& AxisRotations();
+const std::array<uint8_t, kRotationCount>& InverseCodes();
+
+Quaternion Multiply(const Quaternion& a, const Quaternion& b);
+inline Quaternion Conjugate(const Quaternion& q) { return {q.w, -q.x, -q.y, -q.z}; }
+inline double Dot(const Quaternion& a, const Quaternion& b) {
+  return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Quaternion Scaled(const Quaternion& q, double s) {
+  return {q.w * s, q.x * s, q.y * s, q.z * s};
+}
+inline Quaternion Normalized(const Quaternion& q) { return Scaled(q, 1 / std::sqrt(Dot(q, q))); }
+// a + b * weight, with b's sign chosen so that it lies on a's side.
+Quaternion AddAligned(const Quaternion& a, const Quaternion& b, double weight);
+
+AxisFrame ToFrame(const Quaternion& q);
+// `frame` must be orthonormal and right-handed.
+Quaternion FromFrame(const AxisFrame& frame);
+
+// Code of the group element nearest to the rotation `q` (unit up to a positive factor).
+int NearestRotation(const Quaternion& q);
+
+// Code of the rotation G with M_j = M_i G most nearly.
+inline int MatchCode(const Quaternion& qi, const Quaternion& qj) {
+  return NearestRotation(Multiply(Conjugate(qi), qj));
+}
+
+// q_j with its axes renamed so that it lies nearest to `reference` (any positive length).
+Quaternion Matched(const Quaternion& reference, const Quaternion& q);
+
+// `q` turned by the least angle that puts its nearest axis (either sign) on `normal` (unit).
+Quaternion AlignedToNormal(const Quaternion& q, const Vec3d& normal);
+
+}  // namespace amhex::fields

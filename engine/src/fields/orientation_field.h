@@ -1,0 +1,51 @@
+// A frame at every node of the background grid: one axis along the hull's normal next to the hull,
+// as smooth as possible elsewhere (extrinsic smoothing of Jakob et al. 2015, in three dimensions).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "fields/background_grid.h"
+#include "fields/octahedral_group.h"
+#include "input/hull.h"
+
+namespace amhex::fields {
+
+struct OrientationSettings {
+  int sweeps_per_level = 30;
+  double normal_weight = 4.0;
+  // Weight of the smoothed frame against the normals: with one normal, and with several.
+  double smooth_weight_one = 0.3;
+  double smooth_weight_several = 0.5;
+};
+
+// [node_count] unit quaternions of the finest level. Coarse to fine; sweeps run colour by colour,
+// so the result does not depend on the number of threads. O(nodes * sweeps).
+absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGrid& grid,
+                                                              const OrientationSettings& settings,
+                                                              const ProgressSlice& slice);
+
+// For every node and forward neighbour the code of the rotation that carries the neighbour's
+// lattice coordinates into the node's (octahedral_group.h); 0 where there is no neighbour.
+using ForwardCodes = std::vector<std::array<uint8_t, kForwardCount>>;
+ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternion>& frames,
+                             const RunContext& run);
+
+// The rotation from neighbour k of `node` to `node`, for all 18 neighbours.
+inline const AxisRotation& RotationFrom(const GridLevel& level, const ForwardCodes& codes,
+                                        int64_t node, int k) {
+  if (k < kForwardCount) return AxisRotations()[codes[node][k]];
+  const int32_t neighbour = level.neighbours[node][k];
+  return AxisRotations()[InverseCodes()[codes[neighbour][k - kForwardCount]]];
+}
+
+// The axis of `frame` nearest to the unit `normal`, and on which side of it.
+struct NearestAxis {
+  int axis = 0;
+  double sign = 1;
+  double cosine = 1;  // >= 1 / sqrt(3)
+};
+NearestAxis FindNearestAxis(const AxisFrame& frame, const Vec3d& normal);
+
+}  // namespace amhex::fields

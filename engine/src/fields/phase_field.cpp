@@ -1,0 +1,221 @@
+#include "fields/phase_field.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "fields/conjugate_gradient.h"
+
+namespace amhex::fields {
+namespace {
+
+constexpr double kFullTurn = 2 * std::numbers::pi;
+// Fixes what no hull fixes in the plain solve.
+constexpr float kRegularization = 1e-4F;
+// A hull normal counts for an axis within about 35 degrees of it.
+constexpr double kAlignedCosine = 0.82;
+// Rounds over a node's hull constraints when it has several: they are not quite orthogonal.
+constexpr int kProjectionRounds = 3;
+
+// Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
+// Energy: sum over edges |psi_i e^{2 pi i increment} - psi_j|^2 (conjugated where the axes oppose)
+// plus hull weight |psi - target|^2 plus pull |psi|^2.
+class PhaseSystem {
+ public:
+  PhaseSystem(const BackgroundGrid& grid, const ForwardCodes& codes, const LatticeForm& form,
+              double hull_weight, const RunContext& run)
+      : level_(grid.fine()), codes_(codes), run_(run) {
+    const int64_t count = level_.count();
+    turns_.resize(count);
+    edge_count_.resize(count);
+    hull_weight_.assign(3 * count, 0.0F);
+    hull_target_.assign(6 * count, 0.0F);
+    ForEach(run, count, [&](int64_t i) {
+      SetTurns(form, i);
+      SetHullTargets(grid, form, hull_weight, i);
+    });
+  }
+
+  void SetPull(float pull) { pull_ = pull; }
+
+  std::vector<float> Diagonal() const {
+    std::vector<float> diagonal(6 * level_.count());
+    ForEach(run_, level_.count(), [&](int64_t i) {
+      for (int a = 0; a < 3; ++a) {
+        const float value = static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_;
+        diagonal[6 * i + 2 * a] = diagonal[6 * i + 2 * a + 1] = value;
+      }
+    });
+    return diagonal;
+  }
+
+  void Apply(const std::vector<float>& x, std::vector<float>& product) const {
+    ForEach(run_, level_.count(), [&](int64_t i) {
+      std::array<float, 6> sum;
+      for (int a = 0; a < 3; ++a) {
+        const float own = static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_;
+        sum[2 * a] = own * x[6 * i + 2 * a];
+        sum[2 * a + 1] = own * x[6 * i + 2 * a + 1];
+      }
+      for (int d = 0; d < 3; ++d) {
+        SubtractForward(x, i, d, &sum);
+        SubtractBackward(x, i, d, &sum);
+      }
+      for (int c = 0; c < 6; ++c) product[6 * i + c] = sum[c];
+    });
+  }
+
+  // Hull targets, plus the pull towards the unit numbers in the direction of x.
+  std::vector<float> RightSide(const std::vector<float>& x) const {
+    std::vector<float> rhs(6 * level_.count());
+    ForEach(run_, 3 * level_.count(), [&](int64_t u) {
+      const float re = x[2 * u], im = x[2 * u + 1];
+      const float factor = pull_ / (std::hypot(re, im) + 1e-12F);
+      rhs[2 * u] = hull_target_[2 * u] + factor * re;
+      rhs[2 * u + 1] = hull_target_[2 * u + 1] + factor * im;
+    });
+    return rhs;
+  }
+  const std::vector<float>& hull_target() const { return hull_target_; }
+
+ private:
+  void SetTurns(const LatticeForm& form, int64_t i) {
+    int edges = 0;
+    for (int d = 0; d < 3; ++d) {
+      if (level_.neighbours[i][Opposite(d)] >= 0) ++edges;
+      if (level_.neighbours[i][d] < 0) continue;
+      ++edges;
+      for (int a = 0; a < 3; ++a) {
+        const double angle = kFullTurn * form.increments[i][d][a];
+        turns_[i][d][a] = {static_cast<float>(std::cos(angle)),
+                           static_cast<float>(std::sin(angle))};
+      }
+    }
+    edge_count_[i] = static_cast<uint8_t>(edges);
+  }
+
+  void SetHullTargets(const BackgroundGrid& grid, const LatticeForm& form, double weight,
+                      int64_t i) {
+    const HullConstraints* constraints = level_.ConstraintsOf(i);
+    if (constraints == nullptr) return;
+    const AxisFrame frame = ToFrame(form.frames[i]);
+    for (const HullConstraint& c : *constraints) {
+      const NearestAxis nearest = FindNearestAxis(frame, c.normal);
+      if (nearest.cosine <= kAlignedCosine) continue;
+      const double size = form.sizes[i][nearest.axis];
+      // Way along the axis from the node to the layer of centres below the hull.
+      const double way = nearest.sign * (Dot(c.normal, c.point - grid.Position(i)) - size / 2);
+      const double angle = -kFullTurn * way / size;
+      const int64_t u = 3 * i + nearest.axis;
+      hull_weight_[u] += static_cast<float>(weight);
+      hull_target_[2 * u] += static_cast<float>(weight * std::cos(angle));
+      hull_target_[2 * u + 1] += static_cast<float>(weight * std::sin(angle));
+    }
+  }
+
+  // Neighbour i + d, seen from i: e^{-i turn} times psi_j, conjugated where the axes oppose.
+  void SubtractForward(const std::vector<float>& x, int64_t i, int d,
+                       std::array<float, 6>* sum) const {
+    const int64_t j = level_.neighbours[i][d];
+    if (j < 0) return;
+    const AxisRotation& rotation = AxisRotations()[codes_[i][d]];
+    for (int a = 0; a < 3; ++a) {
+      const int64_t b = 6 * j + 2 * rotation.source[a];
+      const float re = x[b], im = rotation.sign[a] * x[b + 1];
+      const auto [c, s] = turns_[i][d][a];
+      (*sum)[2 * a] -= re * c + im * s;
+      (*sum)[2 * a + 1] -= im * c - re * s;
+    }
+  }
+
+  // Neighbour j = i - d, whose axis a turns into axis rotation.source[a] of i.
+  void SubtractBackward(const std::vector<float>& x, int64_t i, int d,
+                        std::array<float, 6>* sum) const {
+    const int64_t j = level_.neighbours[i][Opposite(d)];
+    if (j < 0) return;
+    const AxisRotation& rotation = AxisRotations()[codes_[j][d]];
+    for (int a = 0; a < 3; ++a) {
+      const float re = x[6 * j + 2 * a], im = x[6 * j + 2 * a + 1];
+      const auto [c, s] = turns_[j][d][a];
+      const int b = 2 * rotation.source[a];
+      (*sum)[b] -= re * c - im * s;
+      (*sum)[b + 1] -= rotation.sign[a] * (re * s + im * c);
+    }
+  }
+
+  struct Turn {
+    float cosine = 1, sine = 0;
+  };
+  const GridLevel& level_;
+  const ForwardCodes& codes_;
+  const RunContext& run_;
+  std::vector<std::array<std::array<Turn, 3>, 3>> turns_;  // [node][d][axis]
+  std::vector<uint8_t> edge_count_;
+  std::vector<float> hull_weight_;  // [3 * node + axis]
+  std::vector<float> hull_target_;  // weight times target
+  float pull_ = kRegularization;
+};
+
+absl::Status Improve(const PhaseSystem& phases, const std::vector<float>& rhs,
+                     const ConjugateGradientLimits& limits, const RunContext& run,
+                     std::vector<float>* x) {
+  const LinearSystem system{
+      [&](const std::vector<float>& v, std::vector<float>& product) { phases.Apply(v, product); },
+      phases.Diagonal()};
+  return SolveConjugateGradient(system, rhs, limits, run, x).status();
+}
+
+// Onto the layer of cell centres that is nearest along each aligned hull normal.
+void ProjectToLayers(const HullConstraints& constraints, const AxisFrame& frame, const Vec3d& size,
+                     Vec3d* position) {
+  const int rounds = constraints.count > 1 ? kProjectionRounds : 1;
+  for (int round = 0; round < rounds; ++round) {
+    for (const HullConstraint& c : constraints) {
+      const NearestAxis nearest = FindNearestAxis(frame, c.normal);
+      if (nearest.cosine <= kAlignedCosine) continue;
+      const double height = size[nearest.axis];
+      const double off = Dot(c.normal, *position - c.point) + height / 2;
+      *position -= c.normal * (off - height * std::round(off / height));
+    }
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
+                                                   const ForwardCodes& codes,
+                                                   const LatticeForm& form,
+                                                   const PhaseSettings& settings,
+                                                   const ProgressSlice& slice) {
+  const RunContext& run = slice.run();
+  PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
+  std::vector<float> x(6 * grid.count(), 0.0F);
+  absl::Status status = Improve(phases, phases.hull_target(),
+                                {settings.first_iterations, settings.first_tolerance}, run, &x);
+  for (int round = 0; status.ok() && round < settings.rounds; ++round) {
+    slice.Report((round + 1.0) / (settings.rounds + 2.0));
+    const double progress =
+        settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 1.0;
+    phases.SetPull(static_cast<float>(
+        settings.first_pull * std::pow(settings.last_pull / settings.first_pull, progress)));
+    status = Improve(phases, phases.RightSide(x),
+                     {settings.round_iterations, settings.round_tolerance}, run, &x);
+  }
+  if (!status.ok()) return status;
+  std::vector<Vec3d> positions(grid.count());
+  ForEach(run, grid.count(), [&](int64_t i) {
+    Vec3d p = grid.Position(i);
+    for (int a = 0; a < 3; ++a) {
+      const double phase = std::atan2(x[6 * i + 2 * a + 1], x[6 * i + 2 * a]) / kFullTurn;
+      p -= form.steps[i][a] * phase;
+    }
+    if (const HullConstraints* constraints = grid.fine().ConstraintsOf(i)) {
+      ProjectToLayers(*constraints, ToFrame(form.frames[i]), form.sizes[i], &p);
+    }
+    positions[i] = p;
+  });
+  if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
+  slice.Report(1.0);
+  return positions;
+}
+
+}  // namespace amhex::fields
