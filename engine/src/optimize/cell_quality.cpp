@@ -59,24 +59,26 @@ double MinimumStarDeterminant(const CellPattern& pattern, const std::array<Vec3d
 
 }  // namespace
 
-double CellQuality(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
+void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
+                     CornerJacobians& jacobians) {
   std::array<Vec3d, 12> direction;
-  double length_sum = 0;
   for (int e = 0; e < pattern.edge_count; ++e) {
     const auto& slots = pattern.edge_slots[e];
-    const Vec3d edge = positions[slots[1]] - positions[slots[0]];
-    const double length = Norm(edge);
-    length_sum += length;
-    direction[e] = length > 0 ? edge / length : Vec3d{};
+    direction[e] = Normalized(positions[slots[1]] - positions[slots[0]]);
   }
-  if (!std::isfinite(length_sum)) return -1.0;
-  double quality = 1.0;
   for (int i = 0; i < pattern.corner_count; ++i) {
     const CellPattern::Corner& corner = pattern.corner[i];
     const double sign = corner.sign[0] * corner.sign[1] * corner.sign[2];
-    quality =
-        std::min(quality, sign * Determinant(direction[corner.edge[0]], direction[corner.edge[1]],
-                                             direction[corner.edge[2]]));
+    jacobians[i] = sign * Determinant(direction[corner.edge[0]], direction[corner.edge[1]],
+                                      direction[corner.edge[2]]);
+  }
+}
+
+double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
+  double length_sum = 0;
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    const auto& slots = pattern.edge_slots[e];
+    length_sum += Norm(positions[slots[1]] - positions[slots[0]]);
   }
   const double mean_length = length_sum / pattern.edge_count;
   const double unit = mean_length * mean_length * mean_length;
@@ -84,10 +86,8 @@ double CellQuality(const CellPattern& pattern, const std::array<Vec3d, 8>& posit
   if (pattern.type != PrimitiveType::kSlice) {
     determinant = std::min(determinant, MinimumStarDeterminant(pattern, positions));
   }
-  // Any violation makes the value non-positive; the worst one names it.
-  const double excess = determinant - kSmallestDeterminant * unit;
-  if (excess > 0) return quality;
-  return std::min({quality, 0.0, unit > 0 ? std::max(excess / unit, -1.0) : 0.0});
+  const double margin = determinant / unit - kSmallestDeterminant;
+  return std::isfinite(margin) ? margin : -1.0;
 }
 
 double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
@@ -95,7 +95,16 @@ double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertice
   if (pattern == nullptr) return -1.0;
   std::array<Vec3d, 8> positions;
   for (int slot = 0; slot < 8; ++slot) positions[slot] = vertices[corners[slot]];
-  return CellQuality(*pattern, positions);
+  CornerJacobians jacobians;
+  ScaledJacobians(*pattern, positions, jacobians);
+  double quality = 1.0;
+  for (int i = 0; i < pattern->corner_count; ++i) {
+    if (!std::isfinite(jacobians[i])) return -1.0;
+    quality = std::min(quality, jacobians[i]);
+  }
+  // Any violation makes the value non-positive; the worst one names it.
+  const double margin = FoldMargin(*pattern, positions);
+  return margin > 0 ? quality : std::min({quality, 0.0, std::max(margin, -1.0)});
 }
 
 }  // namespace amhex

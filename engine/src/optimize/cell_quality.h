@@ -11,6 +11,7 @@
 //     turn their folded triangle to the same side.)
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -24,7 +25,14 @@ namespace amhex {
 // Some 200 ns, no allocation; safe from any thread.
 double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertices);
 
-// The same for a pattern that is known already, and corner positions by slot.
-double CellQuality(const CellPattern& pattern, const std::array<Vec3d, 8>& positions);
+// The two halves of CellQuality for a pattern that is known already, positions given by slot.
+//
+// Scaled Jacobians of pattern.corner[0 .. corner_count), NaN where corners are not finite.
+using CornerJacobians = std::array<double, 8>;
+void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
+                     CornerJacobians& jacobians);
+// The least Gauss point or face triangle determinant in units of the mean edge length cubed, less
+// a margin: positive where the cell does not fold.
+double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions);
 
 }  // namespace amhex

@@ -1,0 +1,165 @@
+#include "optimize/hull_features.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace amhex {
+namespace {
+
+// Connected sharp edges of less total length (in edge lengths) are noise: on scans, following them
+// costs good cells and gains nothing.
+constexpr double kMinChainLength = 3.0;
+// Two creases that meet at a vertex with a bend above 45 degrees make a corner.
+constexpr double kCornerBendCosine = 0.7071067811865476;
+
+class IndexSets {
+ public:
+  explicit IndexSets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int32_t Find(int32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(int32_t a, int32_t b) {
+    a = Find(a), b = Find(b);
+    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<int32_t> parent_;
+};
+
+double LengthOf(const Hull& hull, const SharpEdge& edge) {
+  return Norm(hull.vertices[edge.vertex_b] - hull.vertices[edge.vertex_a]);
+}
+
+void InsertSorted(std::vector<int32_t>& set, int32_t value) {
+  const auto at = std::lower_bound(set.begin(), set.end(), value);
+  if (at == set.end() || *at != value) set.insert(at, value);
+}
+
+}  // namespace
+
+HullFeatures::HullFeatures(const Hull& hull) : hull_(&hull) {
+  KeepLongChains(hull);
+  MergePatches(hull);
+  BuildPatchQueries(hull);
+  BuildCreases(hull);
+  FindCorners(hull);
+}
+
+void HullFeatures::KeepLongChains(const Hull& hull) {
+  IndexSets sets(hull.vertices.size());
+  for (const SharpEdge& edge : hull.sharp_edges) sets.Join(edge.vertex_a, edge.vertex_b);
+  std::vector<double> length(hull.vertices.size(), 0.0);
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    length[sets.Find(edge.vertex_a)] += LengthOf(hull, edge);
+  }
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    if (length[sets.Find(edge.vertex_a)] >= kMinChainLength) edges_.push_back(edge);
+  }
+}
+
+void HullFeatures::MergePatches(const Hull& hull) {
+  int32_t count = 0;
+  for (const int32_t patch : hull.patch) count = std::max(count, patch + 1);
+  IndexSets sets(count);
+  size_t kept = 0;
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    // edges_ is a subsequence of the hull's sharp edges.
+    if (kept < edges_.size() && edges_[kept].vertex_a == edge.vertex_a &&
+        edges_[kept].vertex_b == edge.vertex_b) {
+      ++kept;
+    } else {
+      sets.Join(hull.patch[edge.triangle_left], hull.patch[edge.triangle_right]);
+    }
+  }
+  std::vector<int32_t> renumbered(count, -1);
+  int32_t merged_count = 0;
+  for (int32_t p = 0; p < count; ++p) {
+    const int32_t root = sets.Find(p);  // the smallest member, so numbered before its others
+    renumbered[p] = root == p ? merged_count++ : renumbered[root];
+  }
+  patch_of_triangle_.reserve(hull.patch.size());
+  for (const int32_t patch : hull.patch) patch_of_triangle_.push_back(renumbered[patch]);
+  patch_queries_.resize(merged_count);
+  adjacent_.resize(merged_count);
+}
+
+void HullFeatures::BuildPatchQueries(const Hull& hull) {
+  std::vector<std::vector<std::array<int32_t, 3>>> triangles(patch_queries_.size());
+  for (size_t t = 0; t < hull.triangles.size(); ++t) {
+    triangles[patch_of_triangle_[t]].push_back(hull.triangles[t]);
+  }
+  for (size_t p = 0; p < patch_queries_.size(); ++p) {
+    patch_queries_[p] = std::make_unique<HullQueries>(hull.vertices, triangles[p]);
+  }
+}
+
+void HullFeatures::BuildCreases(const Hull& hull) {
+  for (const SharpEdge& edge : edges_) {
+    const int32_t left = patch_of_triangle_[edge.triangle_left];
+    const int32_t right = patch_of_triangle_[edge.triangle_right];
+    creases_[std::minmax(left, right)].segments.push_back(
+        {hull.vertices[edge.vertex_a], hull.vertices[edge.vertex_b]});
+    if (left == right) continue;
+    InsertSorted(adjacent_[left], right);
+    InsertSorted(adjacent_[right], left);
+  }
+  for (auto& [patches, crease] : creases_) {
+    std::vector<Vec3d> points;
+    std::vector<std::array<int32_t, 3>> lines;
+    for (const auto& [a, b] : crease.segments) {
+      const int32_t first = static_cast<int32_t>(points.size());
+      points.push_back(a);
+      points.push_back(b);
+      lines.push_back({first, first + 1, first + 1});
+    }
+    crease.queries = std::make_unique<HullQueries>(points, lines);
+  }
+}
+
+void HullFeatures::FindCorners(const Hull& hull) {
+  std::vector<std::vector<int32_t>> edges_at(hull.vertices.size());
+  for (size_t e = 0; e < edges_.size(); ++e) {
+    edges_at[edges_[e].vertex_a].push_back(static_cast<int32_t>(e));
+    edges_at[edges_[e].vertex_b].push_back(static_cast<int32_t>(e));
+  }
+  for (size_t v = 0; v < hull.vertices.size(); ++v) {
+    if (edges_at[v].size() < 2) continue;
+    std::vector<Vec3d> arms;
+    HullCorner corner{hull.vertices[v], {}};
+    for (const int32_t e : edges_at[v]) {
+      const SharpEdge& edge = edges_[e];
+      const int32_t other =
+          edge.vertex_a == static_cast<int32_t>(v) ? edge.vertex_b : edge.vertex_a;
+      arms.push_back(Normalized(hull.vertices[other] - hull.vertices[v]));
+      InsertSorted(corner.patches, patch_of_triangle_[edge.triangle_left]);
+      InsertSorted(corner.patches, patch_of_triangle_[edge.triangle_right]);
+    }
+    if (arms.size() == 2 && -Dot(arms[0], arms[1]) > kCornerBendCosine) continue;
+    corners_.push_back(corner);
+  }
+}
+
+HullPoint HullFeatures::Closest(const Vec3d& p) const { return hull_->queries->Closest(p); }
+
+HullPoint HullFeatures::ClosestOnPatch(int32_t patch, const Vec3d& p) const {
+  return patch_queries_[patch]->Closest(p);
+}
+
+std::optional<CreasePoint> HullFeatures::ClosestOnCrease(int32_t patch_a, int32_t patch_b,
+                                                         const Vec3d& p, double reach) const {
+  const auto found = creases_.find(std::minmax(patch_a, patch_b));
+  if (found == creases_.end()) return std::nullopt;
+  const Crease& crease = found->second;
+  const HullPoint hit = crease.queries->Closest(p, reach);
+  if (hit.triangle < 0) return std::nullopt;
+  const auto& [a, b] = crease.segments[hit.triangle];
+  return CreasePoint{hit.point, Normalized(b - a), hit.distance};
+}
+
+}  // namespace amhex

@@ -1,0 +1,72 @@
+// The hull as vertex placement sees it: smooth patches, creases between them, corners.
+//
+// Sharp edges that form no chain of some length are noise of a scan and are dropped; the patches on
+// their two sides become one.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "amhex/vec3.h"
+#include "input/hull.h"
+#include "input/hull_queries.h"
+
+namespace amhex {
+
+// A point where creases end together: three or more meet, or two in a sharp bend.
+struct HullCorner {
+  Vec3d position;
+  std::vector<int32_t> patches;  // around it, ascending
+};
+
+struct CreasePoint {
+  Vec3d point;
+  Vec3d direction;  // along the crease, unit
+  double distance = 0;
+};
+
+class HullFeatures {
+ public:
+  // O(n log n) in the hull's triangles.
+  explicit HullFeatures(const Hull& hull);
+
+  int32_t patch_count() const { return static_cast<int32_t>(patch_queries_.size()); }
+  int32_t PatchOf(int32_t triangle) const { return patch_of_triangle_[triangle]; }
+  const std::vector<HullCorner>& corners() const { return corners_; }
+  // Patches that share a crease with `patch`, ascending.
+  const std::vector<int32_t>& AdjacentPatches(int32_t patch) const { return adjacent_[patch]; }
+
+  // Closest point of the whole hull; its `triangle` is an index into the hull's triangles.
+  HullPoint Closest(const Vec3d& p) const;
+  // Closest point of one patch; `triangle` is meaningless.
+  HullPoint ClosestOnPatch(int32_t patch, const Vec3d& p) const;
+  // Closest point of the creases between two patches (a crease that fades out has the same patch
+  // on both sides); nullopt if there is none within `reach`.
+  std::optional<CreasePoint> ClosestOnCrease(int32_t patch_a, int32_t patch_b, const Vec3d& p,
+                                             double reach) const;
+
+ private:
+  struct Crease {
+    std::vector<std::pair<Vec3d, Vec3d>> segments;
+    std::unique_ptr<HullQueries> queries;  // segments as triangles without area
+  };
+  void KeepLongChains(const Hull& hull);
+  void MergePatches(const Hull& hull);
+  void BuildPatchQueries(const Hull& hull);
+  void BuildCreases(const Hull& hull);
+  void FindCorners(const Hull& hull);
+
+  const Hull* hull_;
+  std::vector<SharpEdge> edges_;  // those kept
+  std::vector<int32_t> patch_of_triangle_;
+  std::vector<std::unique_ptr<HullQueries>> patch_queries_;
+  std::vector<std::vector<int32_t>> adjacent_;
+  std::map<std::pair<int32_t, int32_t>, Crease> creases_;  // by (lower, higher) patch
+  std::vector<HullCorner> corners_;
+};
+
+}  // namespace amhex

@@ -1,0 +1,85 @@
+#include "optimize/placement.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+
+namespace amhex {
+namespace {
+
+// Vertices between two looks at the stop flag: some milliseconds of work.
+constexpr size_t kVerticesPerPoll = 64;
+// Hull faces whose corner normals agree less with the hull fold over it: a closed conforming mesh
+// can overlap itself there.
+constexpr double kMinNormalAgreement = 0.3;
+
+}  // namespace
+
+absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
+                           const std::function<void(int32_t)>& visit) {
+  for (const std::vector<int32_t>& colour : neighbourhoods.colours) {
+    std::atomic<bool> stopped{false};
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, colour.size(), kVerticesPerPoll),
+                      [&](const tbb::blocked_range<size_t>& range) {
+                        for (size_t i = range.begin(); i < range.end(); ++i) {
+                          if ((i - range.begin()) % kVerticesPerPoll == 0 && run.ShouldStop()) {
+                            stopped.store(true, std::memory_order_relaxed);
+                            return;
+                          }
+                          visit(colour[i]);
+                        }
+                      });
+    if (stopped.load()) return run.CheckStop();
+  }
+  return absl::OkStatus();
+}
+
+double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Vec3d& position) {
+  const std::vector<Vec3d>& vertices = placement.complex.vertices;
+  const auto at = [&](int32_t v) -> const Vec3d& { return v == vertex ? position : vertices[v]; };
+  double worst = 1;
+  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
+    const CellFace& face = placement.complex.hull_faces[f];
+    const int corner_count = face.count == 3 ? 1 : 4;
+    for (int j = 0; j < corner_count; ++j) {
+      const Vec3d& corner = at(face.v[j]);
+      const Vec3d to_next = at(face.v[(j + 1) % face.count]) - corner;
+      const Vec3d to_previous = at(face.v[(j + face.count - 1) % face.count]) - corner;
+      const Vec3d normal = Normalized(Cross(to_next, to_previous));
+      worst = std::min(worst, Dot(normal, placement.constraints.face_normal[f]));
+    }
+  }
+  return worst;
+}
+
+MoveJudge::MoveJudge(const Placement& placement, int32_t vertex)
+    : placement_(placement),
+      vertex_(vertex),
+      start_(placement.complex.vertices[vertex]),
+      cells_(placement.complex, placement.neighbourhoods, vertex),
+      score_(cells_.Score()) {}
+
+LocalScore MoveJudge::Try(const Vec3d& position) {
+  cells_.MoveTo(position);
+  return cells_.Score();
+}
+
+bool MoveJudge::Permits(const LocalScore& trial, double floor) {
+  if (!(trial.minimum >= std::min(score_.minimum, floor))) return false;
+  const Vec3d tried = cells_.position();
+  const double margin = cells_.WorstFoldMargin();
+  if (margin <= 0) {
+    // Cells that fold already may only unfold.
+    cells_.MoveTo(start_);
+    const double margin_before = cells_.WorstFoldMargin();
+    cells_.MoveTo(tried);
+    if (margin <= margin_before) return false;
+  }
+  const double agreement = WorstNormalAgreement(placement_, vertex_, tried);
+  return agreement >= kMinNormalAgreement ||
+         agreement >= WorstNormalAgreement(placement_, vertex_, start_);
+}
+
+}  // namespace amhex

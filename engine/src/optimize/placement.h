@@ -1,0 +1,59 @@
+// What the steps of vertex placement share: the complex, its neighbourhoods, the constraints, and
+// the rules every move of a vertex obeys.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "amhex/run_context.h"
+#include "assembly/cell_complex.h"
+#include "optimize/hull_features.h"
+#include "optimize/local_cells.h"
+#include "optimize/vertex_constraints.h"
+#include "optimize/vertex_neighbourhoods.h"
+
+namespace amhex {
+
+struct Placement {
+  CellComplex& complex;
+  const HullFeatures& features;
+  const VertexNeighbourhoods neighbourhoods;
+  VertexConstraints constraints;
+};
+
+// Calls `visit(v)` for every vertex, colour by colour, those of one colour in parallel; `visit` may
+// move v and read the cells around it. The result does not depend on the thread count. Ends early
+// with the reason when the run is to stop.
+absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
+                           const std::function<void(int32_t)>& visit);
+
+// Least agreement (cosine) between the corner normals of the hull faces at `vertex`, were it at
+// `position`, and the hull's normals there; 1 without hull faces.
+double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Vec3d& position);
+
+// Judges moves of one vertex. A move may not let any incident cell's scaled Jacobian fall below
+// both what the worst one had and `floor`, nor fold a cell, nor turn a hull face away from the
+// hull.
+class MoveJudge {
+ public:
+  MoveJudge(const Placement& placement, int32_t vertex);
+
+  const LocalScore& score() const { return score_; }  // where the vertex is now
+  LocalCells& cells() { return cells_; }
+
+  // Scaled Jacobians at `position`; leaves the trial there.
+  LocalScore Try(const Vec3d& position);
+  // May the vertex stay at the position last tried, which scored `trial`?
+  bool Permits(const LocalScore& trial, double floor);
+
+ private:
+  const Placement& placement_;
+  int32_t vertex_;
+  Vec3d start_;
+  LocalCells cells_;
+  LocalScore score_;
+};
+
+}  // namespace amhex

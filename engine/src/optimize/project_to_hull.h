@@ -1,0 +1,21 @@
+// Draws hull vertices to the hull, to its creases and to its corners.
+#pragma once
+
+#include "absl/status/status.h"
+#include "amhex/run_context.h"
+#include "optimize/placement.h"
+
+namespace amhex {
+
+// One pass: every hull vertex moves towards its constraint's nearest point, as far (in quarters of
+// the way) as the rules of MoveJudge allow with `quality_floor`.
+absl::Status ProjectToHull(Placement& placement, double quality_floor, const RunContext& run);
+
+// Vertices farther than `tolerance` edge lengths from their crease or corner get the next weaker
+// constraint. Patches stay.
+void WeakenUnreached(Placement& placement, double tolerance);
+
+// Largest distance of a hull vertex from its constraint, edge lengths.
+double LargestOffset(const Placement& placement);
+
+}  // namespace amhex

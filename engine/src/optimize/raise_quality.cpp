@@ -1,0 +1,153 @@
+#include "optimize/raise_quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace amhex {
+namespace {
+
+constexpr float kFirstStep = 0.1F;
+constexpr float kLargestStep = 0.3F;
+constexpr float kSmallestStep = 0.002F;
+constexpr int kMaxHalvings = 4;
+// Gains below these are not worth another sweep of the neighbourhood.
+constexpr double kMinRelativeEnergyGain = 1e-4;
+constexpr double kMinSumGain = 1e-5;
+
+// The directions in which the vertex may move, an orthonormal set.
+struct FreeAxes {
+  int count = 0;
+  std::array<Vec3d, 3> axis;
+};
+
+FreeAxes AxesAt(const VertexConstraint& constraint, const ConstrainedPoint& at) {
+  switch (constraint.kind) {
+    case Constraint::kFree:
+      return {3, {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}};
+    case Constraint::kPatch: {
+      const Vec3d& n = at.normal;
+      const Vec3d helper = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+      const Vec3d u = Normalized(Cross(n, helper));
+      return {2, {u, Cross(n, u), Vec3d{}}};
+    }
+    case Constraint::kCrease:
+      return {1, {at.direction, Vec3d{}, Vec3d{}}};
+    case Constraint::kCorner:
+      break;
+  }
+  return {};
+}
+
+bool IsGain(const LocalScore& before, const LocalScore& after, QualityAim aim) {
+  if (aim == QualityAim::kMinimum) {
+    return after.energy < before.energy * (1 - kMinRelativeEnergyGain);
+  }
+  return after.sum > before.sum + kMinSumGain;
+}
+
+// Line search along the falling energy. Returns true if the vertex moved.
+class VertexSearch {
+ public:
+  VertexSearch(Placement& placement, const SweepRules& rules, int32_t v)
+      : placement_(placement), rules_(rules), v_(v), judge_(placement, v) {}
+
+  bool Needed() const { return judge_.score().minimum < rules_.target; }
+
+  bool Run(float& step) {
+    const VertexConstraint& constraint = placement_.constraints.vertex[v_];
+    start_ = placement_.complex.vertices[v_];
+    const ConstrainedPoint at = Constrain(constraint, start_, placement_.features);
+    // A vertex that has not reached the hull keeps its offset while it slides.
+    offset_ = start_ - at.point;
+    const FreeAxes axes = AxesAt(constraint, at);
+    if (axes.count == 0) return false;
+    const Vec3d gradient = judge_.cells().EnergyGradient(axes.axis, axes.count);
+    const double slope = Norm(gradient);
+    if (!(slope > 0) || !std::isfinite(slope)) return false;
+    return Descend(gradient / -slope, step);
+  }
+
+ private:
+  // Halves the step until the move is a permitted gain, then doubles it while that gains more.
+  bool Descend(const Vec3d& direction, float& step) {
+    for (int halving = 0; halving <= kMaxHalvings; ++halving) {
+      LocalScore score;
+      if (Accept(direction, step, judge_.score(), score)) {
+        if (halving == 0 && step < kLargestStep) {
+          LocalScore farther;
+          if (Accept(direction, 2 * step, score, farther)) step *= 2;
+        }
+        return true;
+      }
+      if (step <= kSmallestStep) break;
+      step /= 2;
+    }
+    return false;
+  }
+
+  bool Accept(const Vec3d& direction, float step, const LocalScore& to_beat, LocalScore& score) {
+    const VertexConstraint& constraint = placement_.constraints.vertex[v_];
+    Vec3d place = start_ + direction * step;
+    if (constraint.kind != Constraint::kFree) {
+      place = Constrain(constraint, place - offset_, placement_.features).point + offset_;
+    }
+    score = judge_.Try(place);
+    if (!IsGain(to_beat, score, rules_.aim) || !judge_.Permits(score, rules_.floor)) return false;
+    placement_.complex.vertices[v_] = place;
+    return true;
+  }
+
+  Placement& placement_;
+  const SweepRules& rules_;
+  int32_t v_;
+  MoveJudge judge_;
+  Vec3d start_;
+  Vec3d offset_;
+};
+
+// Active next: every vertex of a cell of which a vertex moved.
+void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
+                        std::vector<uint8_t>& active) {
+  std::fill(active.begin(), active.end(), 0);
+  for (const CellCorners& corners : placement.complex.cells) {
+    const bool any =
+        std::any_of(corners.begin(), corners.end(), [&](int32_t v) { return moved[v] != 0; });
+    if (!any) continue;
+    for (const int32_t v : corners) active[v] = 1;
+  }
+}
+
+}  // namespace
+
+SweepMemory StartSweeps(int64_t vertex_count) {
+  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
+}
+
+absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
+                                     SweepMemory& memory, const RunContext& run) {
+  std::vector<uint8_t> moved(memory.active.size(), 0);
+  const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
+    if (!memory.active[v]) return;
+    if (placement.constraints.vertex[v].kind == Constraint::kCorner) return;
+    VertexSearch search(placement, rules, v);
+    if (!search.Needed()) return;
+    memory.step[v] = std::max(memory.step[v], kSmallestStep * 4);
+    moved[v] = search.Run(memory.step[v]);
+  });
+  if (!status.ok()) return status;
+  ActivateNeighbours(placement, moved, memory.active);
+  return std::count(moved.begin(), moved.end(), 1);
+}
+
+QualitySummary SummarizeQuality(const CellComplex& complex) {
+  QualitySummary summary;
+  for (const CellCorners& corners : complex.cells) {
+    const double quality = CellQuality(corners, complex.vertices);
+    summary.minimum = std::min(summary.minimum, quality);
+    summary.average += quality;
+  }
+  if (!complex.cells.empty()) summary.average /= static_cast<double>(complex.cells.size());
+  return summary;
+}
+
+}  // namespace amhex

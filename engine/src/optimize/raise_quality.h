@@ -1,0 +1,43 @@
+// Moves vertices to raise the minimum scaled Jacobian, or the average without losing the minimum.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
+#include "optimize/placement.h"
+
+namespace amhex {
+
+enum class QualityAim : uint8_t {
+  kMinimum,  // lower the penalty that the worst corners dominate
+  kAverage,  // raise the sum of the cells' minima
+};
+
+// Vertices that a later sweep need not look at, and how far each moved last.
+struct SweepMemory {
+  std::vector<uint8_t> active;  // [vertex_count]
+  std::vector<float> step;      // [vertex_count] next trial step, edge lengths
+};
+SweepMemory StartSweeps(int64_t vertex_count);
+
+struct SweepRules {
+  QualityAim aim = QualityAim::kMinimum;
+  double target = 0.5;  // only vertices with an incident cell below this are visited
+  double floor = 0.5;   // no cell may fall below both this and its neighbourhood's old minimum
+};
+
+// One sweep over the active vertices. Free vertices move freely, those of patches and creases slide
+// along them, corners stay. Returns the number of vertices moved; updates who is active next.
+absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
+                                     SweepMemory& memory, const RunContext& run);
+
+struct QualitySummary {
+  double minimum = 1;
+  double average = 0;
+};
+// Over all cells, by CellQuality.
+QualitySummary SummarizeQuality(const CellComplex& complex);
+
+}  // namespace amhex

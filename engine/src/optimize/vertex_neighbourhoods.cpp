@@ -1,0 +1,78 @@
+#include "optimize/vertex_neighbourhoods.h"
+
+#include <numeric>
+
+namespace amhex {
+namespace {
+
+// `for_each_vertex(item, visit)` calls visit(vertex) for every distinct vertex of an item.
+template <class ForEachVertex>
+Incidence InvertIncidence(int64_t vertex_count, int64_t item_count,
+                          const ForEachVertex& for_each_vertex) {
+  Incidence incidence;
+  incidence.begin.assign(static_cast<size_t>(vertex_count) + 1, 0);
+  for (int64_t i = 0; i < item_count; ++i) {
+    for_each_vertex(i, [&](int32_t v) { ++incidence.begin[v + 1]; });
+  }
+  std::partial_sum(incidence.begin.begin(), incidence.begin.end(), incidence.begin.begin());
+  incidence.item.resize(incidence.begin.back());
+  std::vector<int64_t> cursor(incidence.begin.begin(), incidence.begin.end() - 1);
+  for (int64_t i = 0; i < item_count; ++i) {
+    for_each_vertex(i, [&](int32_t v) { incidence.item[cursor[v]++] = static_cast<int32_t>(i); });
+  }
+  return incidence;
+}
+
+// Greedy colouring in index order: each vertex takes the first colour free among its cells'.
+std::vector<std::vector<int32_t>> ColourVertices(const CellComplex& complex,
+                                                 const Incidence& cells) {
+  const size_t vertex_count = complex.vertices.size();
+  std::vector<int32_t> colour(vertex_count, -1);
+  std::vector<int32_t> taken_by;  // [colour] the last vertex that found it taken
+  std::vector<std::vector<int32_t>> colours;
+  for (size_t v = 0; v < vertex_count; ++v) {
+    const auto row = cells[v];
+    if (row.size() == 0) continue;
+    for (const int32_t c : row) {
+      for (const int32_t other : complex.cells[c]) {
+        if (colour[other] >= 0) taken_by[colour[other]] = static_cast<int32_t>(v);
+      }
+    }
+    size_t free = 0;
+    while (free < colours.size() && taken_by[free] == static_cast<int32_t>(v)) ++free;
+    if (free == colours.size()) {
+      colours.emplace_back();
+      taken_by.push_back(-1);
+    }
+    colour[v] = static_cast<int32_t>(free);
+    colours[free].push_back(static_cast<int32_t>(v));
+  }
+  return colours;
+}
+
+}  // namespace
+
+VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex) {
+  VertexNeighbourhoods result;
+  result.patterns.reserve(complex.cells.size());
+  for (const CellCorners& corners : complex.cells) {
+    result.patterns.push_back(FindCellPattern(corners));
+  }
+  const int64_t vertex_count = static_cast<int64_t>(complex.vertices.size());
+  result.cells = InvertIncidence(vertex_count, static_cast<int64_t>(complex.cells.size()),
+                                 [&](int64_t c, auto visit) {
+                                   const CellPattern& pattern = *result.patterns[c];
+                                   for (int i = 0; i < pattern.vertex_count; ++i) {
+                                     visit(complex.cells[c][pattern.vertex_slot[i]]);
+                                   }
+                                 });
+  result.hull_faces = InvertIncidence(vertex_count, static_cast<int64_t>(complex.hull_faces.size()),
+                                      [&](int64_t f, auto visit) {
+                                        const CellFace& face = complex.hull_faces[f];
+                                        for (int j = 0; j < face.count; ++j) visit(face.v[j]);
+                                      });
+  result.colours = ColourVertices(complex, result.cells);
+  return result;
+}
+
+}  // namespace amhex
