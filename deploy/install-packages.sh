@@ -14,14 +14,15 @@ fi
 
 wanted=()
 for section in "$@"; do
-  mapfile -t packages < <(awk -v section="[$section]" '
+  packages="$(awk -v section="[$section]" '
     /^\[/ { inside = ($0 == section); next }
-    inside && NF && !/^#/ { print $1 }' "$list")
-  if [[ ${#packages[@]} -eq 0 ]]; then
+    inside && NF && !/^#/ { print $1 }' "$list")"
+  if [[ -z $packages ]]; then
     echo "$0: packages.txt has no section [$section]" >&2
     exit 2
   fi
-  wanted+=("${packages[@]}")
+  # shellcheck disable=SC2206  # one word per package
+  wanted+=($packages)
 done
 
 missing=()
