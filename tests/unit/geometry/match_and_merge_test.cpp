@@ -1,0 +1,92 @@
+#include "geometry/match_and_merge.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "geometry/cubes.h"
+#include "geometry/face_matching.h"
+#include "geometry/merge_sets.h"
+
+namespace amhex {
+namespace {
+
+// Unit cubes around the integer points of [0, n)^3, axes as given.
+Sites GridSites(int n, double spacing = 1.0) {
+  Sites sites;
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        sites.position.push_back({x * spacing, y * spacing, z * spacing});
+        sites.frame.push_back({});
+        sites.size.push_back({1, 1, 1});
+        sites.cell_volume.push_back(0);
+      }
+    }
+  }
+  return sites;
+}
+
+FacePair PairOf(const Cubes& cubes, int a, int direction_a, int b, int direction_b) {
+  const MatchScore score = ScoreFaces(cubes, a, direction_a, b, direction_b);
+  return {score.value,
+          a,
+          b,
+          static_cast<uint8_t>(direction_a),
+          static_cast<uint8_t>(direction_b),
+          static_cast<uint8_t>(score.rotation)};
+}
+
+TEST(MatchScore, FacingPairsScoreTheirPlainVertexDistance) {
+  const Cubes cubes = MaterializeCubes(GridSites(2, 1.25));
+  // Cube 1 lies 1.25 to the right of cube 0: each of four corner pairs is 0.25 apart.
+  EXPECT_NEAR(ScoreFaces(cubes, 0, 1, 1, 0).value, 4 * 0.25, 1e-12);
+}
+
+TEST(MatchScore, PairsOfOneDirectionScoreTwice) {
+  const Cubes cubes = MaterializeCubes(GridSites(2));
+  // Both look to +x; the corners are one edge apart in the best rotation.
+  const double distance = 4 * 1.0;
+  EXPECT_GE(ScoreFaces(cubes, 0, 1, 1, 1).value, 2 * distance - 1e-9);
+}
+
+TEST(MergeSets, TwoByTwoByTwoCubesShareOneCentreVertexAndTotalTwentySeven) {
+  const Cubes cubes = MaterializeCubes(GridSites(2));
+  MergeSets sets(cubes);
+  int merged = 0;
+  for (const FacePair& pair : CollectFacePairs(cubes, {})) {
+    if (pair.score > 1e-9) break;
+    ASSERT_TRUE(sets.CanMerge(CornersToMerge(pair), Collapse::kForbidden));
+    sets.Merge(CornersToMerge(pair));
+    ++merged;
+  }
+  EXPECT_EQ(merged, 12);
+  std::set<int> roots;
+  for (int v = 0; v < 8 * cubes.count(); ++v) roots.insert(sets.Find(v));
+  EXPECT_EQ(roots.size(), 27u);
+  // Corner 6 of cube 0 is the centre; all eight cubes meet there.
+  int at_centre = 0;
+  for (int v = 0; v < 8 * cubes.count(); ++v) at_centre += sets.Find(v) == sets.Find(6) ? 1 : 0;
+  EXPECT_EQ(at_centre, 8);
+}
+
+TEST(MergeSets, NeverCollapseADiagonal) {
+  const Cubes cubes = MaterializeCubes(GridSites(2));
+  MergeSets sets(cubes);
+  sets.Merge(CornersToMerge(PairOf(cubes, 0, 1, 1, 0)));
+  // Corner 1 of cube 0 is corner 0 of cube 1; joining it with corner 7 of cube 1 would collapse
+  // a diagonal of cube 1.
+  const CornerPairs diagonal = {{{1, 8 + 7}, {1, 1}, {2, 2}, {5, 5}}};
+  EXPECT_FALSE(sets.CanMerge(diagonal, Collapse::kEdgesOnly));
+}
+
+TEST(MergeSets, CollapseEdgesOnlyWhenAllowed) {
+  const Cubes cubes = MaterializeCubes(GridSites(1));
+  const MergeSets sets(cubes);
+  const CornerPairs edge = {{{0, 1}, {2, 2}, {3, 3}, {4, 4}}};
+  EXPECT_FALSE(sets.CanMerge(edge, Collapse::kForbidden));
+  EXPECT_TRUE(sets.CanMerge(edge, Collapse::kEdgesOnly));
+}
+
+}  // namespace
+}  // namespace amhex
