@@ -1,4 +1,4 @@
-// Closest points and winding numbers on a triangle soup, by a bounding volume hierarchy.
+// Closest points, winding numbers and rays on a triangle soup, by a bounding volume hierarchy.
 #pragma once
 
 #include <array>
@@ -13,6 +13,8 @@ namespace amhex {
 // Immutable after construction; all queries are const and safe from any number of threads.
 class HullQueries {
  public:
+  // Triangles without area (see IsDegenerate in triangle_math.h) are left out: their points lie on
+  // their neighbours' edges. O(n log n); the same input always gives the same hierarchy.
   HullQueries(const std::vector<Vec3d>& vertices,
               const std::vector<std::array<int32_t, 3>>& triangles);
 
@@ -27,22 +29,37 @@ class HullQueries {
   // Negative inside. Sign by winding number, magnitude by closest point.
   double SignedDistance(const Vec3d& p) const;
 
+  // Length of the ray from `origin` along the unit vector `direction` until it first meets a
+  // triangle seen from behind (whose normal does not oppose the ray), at least `min_length` away;
+  // a negative number if it meets none. From a point inside, that is where it leaves the hull.
+  double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length) const;
+
  private:
+  // Depth-first order: the left child follows its parent.
   struct Node {
     Vec3d low, high;
-    int32_t left = -1, right = -1;  // children; -1 on leaves
-    int32_t begin = 0, end = 0;     // range of triangle_order_
-    Vec3d dipole_centre, area_normal;
-    double radius = 0;  // of the triangles around dipole_centre
+    int32_t begin = 0, end = 0;  // range of triangles_, in its own order
+    int32_t right = -1;          // right child; -1 on leaves
   };
-  int32_t Build(int32_t begin, int32_t end);
+  // Far away, the triangles of a node act like one dipole.
+  struct Dipole {
+    Vec3d centre;
+    Vec3d area_normal;       // sum of area times unit normal
+    double far_squared = 0;  // squared distance from `centre` beyond which the dipole is used
+  };
+  struct Triangle {
+    Vec3d a, b, c;
+  };
 
-  std::vector<Vec3d> vertices_;
-  std::vector<std::array<int32_t, 3>> triangles_;
-  std::vector<Vec3d> normals_;
-  std::vector<double> areas_;
-  std::vector<int32_t> triangle_order_;
+  int32_t Build(int32_t begin, int32_t end, int depth);
+  int32_t Split(int32_t begin, int32_t end, int depth);
+  void ComputeDipole(int32_t node);
+
+  std::vector<Triangle> triangles_;  // in leaf order
+  std::vector<Vec3d> normals_;       // unit, in leaf order
+  std::vector<int32_t> original_;    // leaf order -> the caller's triangle index
   std::vector<Node> nodes_;
+  std::vector<Dipole> dipoles_;  // per node
 };
 
 }  // namespace amhex

@@ -1,0 +1,95 @@
+#include "input/close_mesh.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "input/cap_openings.h"
+#include "input/clean_mesh.h"
+#include "input/embedding_check.h"
+#include "input/hull_queries.h"
+#include "input/orient_components.h"
+#include "input/surface_topology.h"
+
+namespace amhex {
+namespace {
+
+// Vertices of one point written with rounding errors lie this near; units of the box diagonal.
+constexpr double kRoundingDistance = 1e-7;
+// Up to this share of the area may be misbounded: small folds that every stage survives.
+constexpr double kTolerableMisboundedRatio = 0.005;
+
+void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
+  if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
+}
+
+// Joins vertices only as far as that is needed for a closed surface.
+EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings) {
+  CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh);
+  EdgeAdjacency adjacency = FindEdgeAdjacency(mesh);
+  for (const double tolerance : {0.0, kRoundingDistance}) {
+    if (adjacency.IsClosedManifold()) break;
+    const CleanCounts more = MergeVertices(tolerance, mesh);
+    counts.merged_vertices += more.merged_vertices;
+    counts.empty_triangles += more.empty_triangles;
+    counts.repeated_triangles += more.repeated_triangles;
+    adjacency = FindEdgeAdjacency(mesh);
+  }
+  Note(counts.merged_vertices, "vertices at the same place, joined", warnings);
+  Note(counts.empty_triangles, "triangles without area, left out", warnings);
+  Note(counts.repeated_triangles, "triangles given more than once, used once", warnings);
+  return adjacency;
+}
+
+// Caps, orients and checks; false if the surface cannot be kept as it is.
+absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>& warnings,
+                                   RunContext& run) {
+  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings);
+  if (mesh.triangles.empty()) {
+    return absl::InvalidArgumentError("the input's triangles all have no area");
+  }
+  if (adjacency.non_manifold_edge_count > 0) {
+    Note(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
+    return false;
+  }
+  Components components = FindComponents(adjacency);
+  const OrientationResult orientation = MakeOrientationConsistent(adjacency, components, mesh);
+  if (!orientation.is_orientable) {
+    warnings.push_back("the surface has only one side somewhere");
+    return false;
+  }
+  Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
+  SplitFans(adjacency, mesh);
+  Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
+  if (adjacency.open_edge_count > 0) {
+    const auto loops = FindOpenings(FindEdgeAdjacency(mesh), mesh);
+    if (absl::Status status = CapOpenings(loops, run, mesh); !status.ok()) return status;
+    warnings.push_back(absl::StrCat("the input has ", loops.size(),
+                                    loops.size() == 1 ? " opening" : " openings",
+                                    ", closed by the engine"));
+    adjacency = FindEdgeAdjacency(mesh);
+    if (!adjacency.IsClosedManifold()) return false;
+    // Patches come last and touch one component each: the old ones keep their numbers.
+    components = FindComponents(adjacency);
+  }
+  const ComponentDecision decision = OrientComponents(orientation, mesh, components);
+  Note(decision.turned_components, "components turned to look outward", warnings);
+  Note(decision.dropped_components, "components that bound no volume, left out", warnings);
+  DropUnusedVertices(mesh);
+  if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
+  const HullQueries queries(mesh.vertices, mesh.triangles);
+  return MisboundedAreaRatio(mesh, queries) <= kTolerableMisboundedRatio;
+}
+
+}  // namespace
+
+absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wanted,
+                                        RunContext& run) {
+  (void)wanted;
+  ClosedSurface surface{std::move(mesh), {}};
+  const absl::StatusOr<bool> kept = KeepTriangles(surface.mesh, surface.warnings, run);
+  if (!kept.ok()) return kept.status();
+  if (*kept) return surface;
+  return absl::InvalidArgumentError("the input surface is not a manifold or cuts itself");
+}
+
+}  // namespace amhex

@@ -1,0 +1,83 @@
+#include "input/edge_length.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "input/triangle_math.h"
+
+namespace amhex {
+namespace {
+
+constexpr size_t kMostWidthProbes = 4'000;
+constexpr double kWidthPercentile = 0.05;
+constexpr double kCellsPerWidth = 2;
+// Rays start this far inside, in square roots of the triangle's area.
+constexpr double kRayStartRatio = 1e-3;
+
+// Thickness below which only 5 % of the surface lies; a negative number if nothing was hit.
+double MinimumWidth(const TriangleMesh& solid, const HullQueries& queries) {
+  const size_t step = std::max<size_t>(1, solid.triangles.size() / kMostWidthProbes);
+  std::vector<std::pair<double, double>> width_and_area;
+  double total_area = 0;
+  for (size_t i = 0; i < solid.triangles.size(); i += step) {
+    const auto& t = solid.triangles[i];
+    const Vec3d& a = solid.vertices[static_cast<size_t>(t[0])];
+    const Vec3d& b = solid.vertices[static_cast<size_t>(t[1])];
+    const Vec3d& c = solid.vertices[static_cast<size_t>(t[2])];
+    if (IsDegenerate(a, b, c)) continue;
+    const Vec3d area_vector = DoubleAreaVector(a, b, c);
+    const double area = Norm(area_vector) / 2;
+    const Vec3d inward = -Normalized(area_vector);
+    const double width =
+        queries.ExitDistance((a + b + c) / 3.0, inward, kRayStartRatio * std::sqrt(area));
+    if (width < 0) continue;
+    width_and_area.emplace_back(width, area);
+    total_area += area;
+  }
+  std::sort(width_and_area.begin(), width_and_area.end());
+  double area_below = 0;
+  for (const auto& [width, area] : width_and_area) {
+    area_below += area;
+    if (area_below >= kWidthPercentile * total_area) return width;
+  }
+  return -1;
+}
+
+double EdgeLengthOf(double volume, int64_t cell_count) {
+  return std::cbrt(volume / static_cast<double>(cell_count));
+}
+
+}  // namespace
+
+absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const TriangleMesh& solid,
+                                         const HullQueries& queries, double volume,
+                                         double user_scale) {
+  if (sizing.edge_length > 0) {
+    const double edge_length = sizing.edge_length / user_scale;
+    const double cells = volume / edge_length / edge_length / edge_length;
+    if (!(cells <= static_cast<double>(kMaxCellCount))) {
+      return absl::OutOfRangeError(absl::StrCat(
+          "sizing.edge_length is ", sizing.edge_length, ", which makes about ", cells,
+          " cells of the input; the limit is ", kMaxCellCount, " cells, an edge length of ",
+          EdgeLengthOf(volume, kMaxCellCount) * user_scale));
+    }
+    if (cells < 1) {
+      return absl::InvalidArgumentError(absl::StrCat("sizing.edge_length is ", sizing.edge_length,
+                                                     ", longer than the input can hold: its "
+                                                     "volume makes one cell of edge length ",
+                                                     EdgeLengthOf(volume, 1) * user_scale));
+    }
+    return edge_length;
+  }
+  if (sizing.cell_count > 0) return EdgeLengthOf(volume, sizing.cell_count);
+  const double by_count = EdgeLengthOf(volume, kDefaultCellCount);
+  const double width = MinimumWidth(solid, queries);
+  if (width <= 0) return by_count;
+  return std::max(std::min(by_count, width / kCellsPerWidth),
+                  EdgeLengthOf(volume, kMaxDefaultCellCount));
+}
+
+}  // namespace amhex
