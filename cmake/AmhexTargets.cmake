@@ -21,3 +21,9 @@ function(amhex_warnings target)
   target_compile_options(${target} PRIVATE
     $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wpedantic;-Wshadow;-Wnon-virtual-dtor;-Wcast-align;-Wunused;-Woverloaded-virtual;-Werror>)
 endfunction()
+
+# Tests: GoogleTest's macros hold an else of their own, which g++ minds after a plain if.
+function(amhex_test_warnings target)
+  amhex_warnings(${target})
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-else>)
+endfunction()
