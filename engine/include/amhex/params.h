@@ -45,9 +45,16 @@ struct RelaxationParams {
   double jitter = 0.2;  // [0, 0.5]
 };
 
+// Where the assembled primitives come from.
+enum class Extraction : uint8_t {
+  kDirect = 0,  // cubes that are cells already; graph search only around the rest (the default)
+  kPaper = 1,   // graph search over all faces, section 5.2
+};
+
 struct AssemblyParams {
   // Lowest scaled Jacobian a primitive may have when cells are accepted (minQ of listing 3).
   double min_quality = 0.25;  // [0.01, 0.9]
+  Extraction extraction = Extraction::kDirect;
 };
 
 struct RunParams {

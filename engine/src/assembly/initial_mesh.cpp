@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <tuple>
 
+#include "topology/parallel_blocks.h"
+
 namespace amhex {
 namespace {
+
+constexpr int64_t kPrimitivesPerBlock = 256;
 
 // Initial primitives that share a half-face with another one.
 std::vector<int32_t> FindContested(const PrimitiveTable& table) {
@@ -26,26 +30,60 @@ std::vector<int32_t> FindContested(const PrimitiveTable& table) {
   return contested;
 }
 
+void SortByPriority(const PrimitiveTable& table, std::vector<int32_t>* primitives) {
+  std::sort(primitives->begin(), primitives->end(),
+            [&](int32_t a, int32_t b) { return HasPriority(table, a, b); });
+}
+
 }  // namespace
 
-std::vector<uint8_t> ChooseInitialMesh(const PrimitiveTable& table, OpenFaces* open_faces) {
-  std::vector<uint8_t> in_mesh(table.primitives.size(), 0);
-  std::fill_n(in_mesh.begin(), table.initial_count, uint8_t{1});
+bool HasPriority(const PrimitiveTable& table, int32_t a, int32_t b) {
+  const Primitive &p = table.primitives[a], &q = table.primitives[b];
+  return std::make_tuple(q.type, q.quality, a) < std::make_tuple(p.type, p.quality, b);
+}
+
+void AddWithoutSharedHalfFaces(const PrimitiveTable& table, OpenFaces* open_faces) {
   std::vector<int32_t> contested = FindContested(table);
-  for (const int32_t i : contested) in_mesh[i] = 0;
+  auto next = contested.begin();
   for (int32_t i = 0; i < table.initial_count; ++i) {
-    if (in_mesh[i] != 0) open_faces->Add(i);
+    if (next != contested.end() && *next == i) {
+      ++next;
+    } else {
+      open_faces->Add(i);
+    }
   }
-  std::sort(contested.begin(), contested.end(), [&](int32_t a, int32_t b) {
-    const Primitive &p = table.primitives[a], &q = table.primitives[b];
-    return std::make_tuple(q.type, q.quality, a) < std::make_tuple(p.type, p.quality, b);
-  });
+  SortByPriority(table, &contested);
   for (const int32_t i : contested) {
-    if (!open_faces->CanAdd(table.primitives[i])) continue;
-    open_faces->Add(i);
-    in_mesh[i] = 1;
+    if (open_faces->CanAdd(table.primitives[i])) open_faces->Add(i);
   }
-  return in_mesh;
+}
+
+absl::Status RemoveOverlaps(const PrimitiveTable& table, const RunContext& context,
+                            OpenFaces* open_faces, ConflictFinder* conflicts) {
+  const std::vector<int32_t> asked = open_faces->PrimitivesWithOpenFaces();
+  std::vector<int32_t> in_conflict;
+  const absl::Status status =
+      CollectFromBlocks(static_cast<int64_t>(asked.size()), kPrimitivesPerBlock, context,
+                        &in_conflict, [&](int64_t begin, int64_t end, std::vector<int32_t>* found) {
+                          for (int64_t i = begin; i < end; ++i) {
+                            const std::vector<int32_t> others = conflicts->ConflictsOf(asked[i]);
+                            found->insert(found->end(), others.begin(), others.end());
+                            if (!others.empty()) found->push_back(asked[i]);
+                          }
+                        });
+  if (!status.ok()) return status;
+  SortByPriority(table, &in_conflict);
+  in_conflict.erase(std::unique(in_conflict.begin(), in_conflict.end()), in_conflict.end());
+  for (const int32_t i : in_conflict) {
+    open_faces->Remove(i);
+    conflicts->Remove(i);
+  }
+  for (const int32_t i : in_conflict) {
+    if (conflicts->IsInConflict(i)) continue;
+    open_faces->Add(i);
+    conflicts->Add(i);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace amhex

@@ -1,4 +1,10 @@
 // From merged cubes to all primitives the mesh may be assembled from. Section 5.2, I and II.
+//
+// Two ways in, one mechanism (params.assembly.extraction):
+//   kDirect  the cubes that already are cells start the mesh; faces are collected and primitives
+//            searched only among what they leave over. Deviates: far less work, same cells.
+//   kPaper   faces and primitives of the whole edge network; the found hexahedra of high quality
+//            start the mesh.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -9,6 +15,8 @@
 
 namespace amhex {
 
+// Primitives in the table are valid (CellQuality > 0) with a quality above
+// params.assembly.min_quality.
 // Errors: INVALID_ARGUMENT if the arrays of `cubes` disagree in length or name a vertex that does
 // not exist, CANCELLED, DEADLINE_EXCEEDED. Linear time and memory in the number of cubes.
 absl::StatusOr<PrimitiveTable> ExtractTopology(const MergedCubes& cubes,

@@ -32,6 +32,11 @@ struct DirectedEdges {
     }
     return false;
   }
+  int CountFrom(int32_t from) const {
+    int found = 0;
+    for (int i = 0; i < count; ++i) found += edge[i][0] == from ? 1 : 0;
+    return found;
+  }
   bool InsertUnique(int32_t from, int32_t to) {
     if (Contains(from, to)) return false;
     edge[count++] = {from, to};
@@ -113,20 +118,32 @@ std::optional<PrimitiveType> RecognizeCell(const CellCorners& corners) {
   }
   // Euler's formula rules out surfaces that touch themselves.
   if (vertices.count - edges.count / 2 + faces.count != 2) return std::nullopt;
+  // Collapsing a corner of a face besides its edges gives the counts of a prism or a pyramid too,
+  // but not the number of edges at every vertex.
+  int with_two_edges = 0, with_four_edges = 0;
+  for (const int32_t v : vertices) {
+    const int degree = edges.CountFrom(v);
+    with_two_edges += degree == 2 ? 1 : 0;
+    with_four_edges += degree == 4 ? 1 : 0;
+    if (degree < 2 || degree > 4) return std::nullopt;
+  }
   struct Signature {
-    int vertices, quads, triangles;
+    int vertices, quads, triangles, with_two_edges, with_four_edges;
     PrimitiveType type;
   };
   static constexpr std::array<Signature, 6> kSignatures = {{
-      {8, 6, 0, PrimitiveType::kHexahedron},
-      {7, 4, 2, PrimitiveType::kHexprism},
-      {6, 3, 2, PrimitiveType::kPrism},
-      {5, 2, 2, PrimitiveType::kSlice},
-      {5, 1, 4, PrimitiveType::kPyramid},
-      {4, 0, 4, PrimitiveType::kTetrahedron},
+      {8, 6, 0, 0, 0, PrimitiveType::kHexahedron},
+      {7, 4, 2, 0, 1, PrimitiveType::kHexprism},
+      {6, 3, 2, 0, 0, PrimitiveType::kPrism},
+      {5, 2, 2, 1, 0, PrimitiveType::kSlice},
+      {5, 1, 4, 0, 1, PrimitiveType::kPyramid},
+      {4, 0, 4, 0, 0, PrimitiveType::kTetrahedron},
   }};
   for (const Signature& s : kSignatures) {
-    if (s.vertices == vertices.count && s.quads == quads && s.triangles == triangles) return s.type;
+    if (s.vertices == vertices.count && s.quads == quads && s.triangles == triangles &&
+        s.with_two_edges == with_two_edges && s.with_four_edges == with_four_edges) {
+      return s.type;
+    }
   }
   return std::nullopt;
 }

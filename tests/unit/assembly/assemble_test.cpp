@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <set>
 #include <vector>
 
+#include "optimize/cell_quality.h"
 #include "topology/extract_topology.h"
 #include "topology/half_face.h"
 #include "unit/topology/cube_grid.h"
@@ -13,6 +15,12 @@ namespace amhex {
 namespace {
 
 using ::amhex::testing::MakeCubeGrid;
+
+MeshingParams ParamsFor(Extraction extraction) {
+  MeshingParams params;
+  params.assembly.extraction = extraction;
+  return params;
+}
 
 CellComplex Assembled(const MergedCubes& cubes, const MeshingParams& params = {}) {
   RunContext context;
@@ -31,11 +39,16 @@ std::multiset<CellFace> HalfFacesOf(const CellComplex& complex) {
   return half_faces;
 }
 
+std::set<CellFace> HullOf(const CellComplex& complex) {
+  std::set<CellFace> hull;
+  for (const CellFace& face : complex.hull_faces) hull.insert(CanonicalHalfFace(face));
+  return hull;
+}
+
 // Half-faces of cells that neither another cell nor the hull closes.
 std::vector<CellFace> OpenFacesOf(const CellComplex& complex) {
   const std::multiset<CellFace> half_faces = HalfFacesOf(complex);
-  std::set<CellFace> hull;
-  for (const CellFace& face : complex.hull_faces) hull.insert(CanonicalHalfFace(face));
+  const std::set<CellFace> hull = HullOf(complex);
   std::vector<CellFace> open;
   for (const CellFace& face : half_faces) {
     if (half_faces.count(OppositeHalfFace(face)) == 0 && hull.count(face) == 0) {
@@ -45,13 +58,50 @@ std::vector<CellFace> OpenFacesOf(const CellComplex& complex) {
   return open;
 }
 
-TEST(Assembly, NoCubesGiveNoCells) { EXPECT_TRUE(Assembled(MergedCubes{}).cells.empty()); }
+double VolumeOf(const CellComplex& complex) {
+  double volume = 0;
+  for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
+  return volume;
+}
+
+// Removes a cube from the grid, as if its merge had failed; its neighbours stay.
+void RemoveCube(int cube, MergedCubes* cubes) {
+  cubes->corners.erase(cubes->corners.begin() + cube);
+  cubes->hull_faces.erase(cubes->hull_faces.begin() + cube);
+  cubes->matches.erase(cubes->matches.begin() + cube);
+}
+
+// Moves some inner vertices far, others a little.
+MergedCubes JitteredGrid(uint32_t seed) {
+  MergedCubes grid = MakeCubeGrid(4, 4, 4);
+  std::mt19937 random(seed);
+  const auto uniform = [&] { return 2.0 * random() / std::mt19937::max() - 1.0; };
+  for (size_t v = 0; v < grid.vertices.size(); ++v) {
+    if (grid.on_hull[v] != 0) continue;
+    const double reach = random() % 3 == 0 ? 0.9 : 0.15;
+    grid.vertices[v] += Vec3d{uniform(), uniform(), uniform()} * reach;
+  }
+  return grid;
+}
+
+TEST(Assembly, NoCubesGiveNoCells) {
+  EXPECT_TRUE(Assembled(MergedCubes{}).cells.empty());
+  EXPECT_TRUE(Assembled(MergedCubes{}, ParamsFor(Extraction::kPaper)).cells.empty());
+}
 
 TEST(Assembly, TwoByTwoByTwoCubesGiveEightHexahedraAndNoOpenFace) {
-  const CellComplex complex = Assembled(MakeCubeGrid(2, 2, 2));
-  EXPECT_EQ(complex.cells.size(), 8u);
-  EXPECT_EQ(complex.hull_faces.size(), 24u);
-  EXPECT_TRUE(OpenFacesOf(complex).empty());
+  for (const Extraction extraction : {Extraction::kDirect, Extraction::kPaper}) {
+    const CellComplex complex = Assembled(MakeCubeGrid(2, 2, 2), ParamsFor(extraction));
+    EXPECT_EQ(complex.cells.size(), 8u);
+    EXPECT_EQ(complex.hull_faces.size(), 24u);
+    EXPECT_TRUE(OpenFacesOf(complex).empty());
+  }
+}
+
+TEST(Assembly, BothExtractionsChooseTheSameCellsOfARegularGrid) {
+  const MergedCubes grid = MakeCubeGrid(4, 3, 5);
+  EXPECT_EQ(HalfFacesOf(Assembled(grid, ParamsFor(Extraction::kDirect))),
+            HalfFacesOf(Assembled(grid, ParamsFor(Extraction::kPaper))));
 }
 
 TEST(Assembly, OfTwoEqualCubesOnlyOneBecomesACell) {
@@ -62,12 +112,105 @@ TEST(Assembly, OfTwoEqualCubesOnlyOneBecomesACell) {
   EXPECT_EQ(Assembled(cubes).cells.size(), 1u);
 }
 
-TEST(Assembly, ACancelledRunEndsWithCancelled) {
+TEST(Assembly, AMissingCubeIsFoundByItsNeighboursFaces) {
+  for (const Extraction extraction : {Extraction::kDirect, Extraction::kPaper}) {
+    MergedCubes cubes = MakeCubeGrid(3, 3, 3);
+    RemoveCube(13, &cubes);
+    const CellComplex complex = Assembled(cubes, ParamsFor(extraction));
+    EXPECT_EQ(complex.cells.size(), 27u);
+    EXPECT_TRUE(OpenFacesOf(complex).empty());
+  }
+}
+
+TEST(Assembly, TheOutsideOfTheHullIsNeverFilled) {
+  // The hull runs around the missing middle cube.
+  MergedCubes cubes = MakeCubeGrid(3, 3, 3);
+  RemoveCube(13, &cubes);
+  const std::set<size_t> around = {4, 10, 12, 13, 15, 21};  // after the removal
+  const uint8_t towards[] = {1 << 5, 1 << 3, 1 << 1, 1 << 0, 1 << 2, 1 << 4};
+  size_t i = 0;
+  for (const size_t cube : around) cubes.hull_faces[cube] |= towards[i++];
+  const CellComplex complex = Assembled(cubes);
+  EXPECT_EQ(complex.cells.size(), 26u);
+  EXPECT_TRUE(OpenFacesOf(complex).empty());
+  EXPECT_EQ(complex.hull_faces.size(), 54u + 6u);
+}
+
+TEST(Assembly, AHullFaceWithACellAgainstItIsNotOnTheHull) {
+  MergedCubes cubes = MakeCubeGrid(2, 1, 1);
+  cubes.hull_faces[0] |= 1 << 1;  // towards the other cube
+  const CellComplex complex = Assembled(cubes);
+  EXPECT_EQ(complex.hull_faces.size(), 10u);
+}
+
+TEST(Assembly, NeverFallsBelowMinimumQuality) {
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    const Extraction extraction = seed % 2 == 0 ? Extraction::kDirect : Extraction::kPaper;
+    MeshingParams params = ParamsFor(extraction);
+    params.assembly.min_quality = 0.1 + 0.05 * (seed % 4);
+    const CellComplex complex = Assembled(JitteredGrid(seed), params);
+    EXPECT_FALSE(complex.cells.empty());
+    for (const CellCorners& cell : complex.cells) {
+      EXPECT_GT(CellQuality(cell, complex.vertices), params.assembly.min_quality);
+    }
+  }
+}
+
+TEST(Assembly, EveryHalfFaceIsUsedAtMostOnceAndHullFacesAreFreeHalfFacesOfCells) {
+  for (uint32_t seed = 0; seed < 20; ++seed) {
+    const Extraction extraction = seed % 2 == 0 ? Extraction::kDirect : Extraction::kPaper;
+    const CellComplex complex = Assembled(JitteredGrid(seed), ParamsFor(extraction));
+    const std::multiset<CellFace> half_faces = HalfFacesOf(complex);
+    for (const CellFace& face : half_faces) EXPECT_EQ(half_faces.count(face), 1u);
+    EXPECT_EQ(HullOf(complex).size(), complex.hull_faces.size());
+    for (const CellFace& face : HullOf(complex)) {
+      EXPECT_EQ(half_faces.count(face), 1u);
+      EXPECT_EQ(half_faces.count(OppositeHalfFace(face)), 0u);
+    }
+  }
+}
+
+TEST(Assembly, CellsNeverFillMoreThanTheGrid) {
+  for (uint32_t seed = 0; seed < 20; ++seed) {
+    const Extraction extraction = seed % 2 == 0 ? Extraction::kDirect : Extraction::kPaper;
+    const CellComplex complex = Assembled(JitteredGrid(seed), ParamsFor(extraction));
+    EXPECT_LE(VolumeOf(complex), 64.0 + 1e-9);
+  }
+}
+
+TEST(Assembly, ADirectAssemblyNeverOpensMoreFacesThanTheSearchFound) {
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    const MergedCubes grid = JitteredGrid(seed);
+    RunContext context;
+    const auto table = ExtractTopology(grid, MeshingParams{}, context);
+    ASSERT_TRUE(table.ok());
+    PrimitiveTable direct_only = *table;
+    direct_only.primitives.resize(static_cast<size_t>(table->initial_count));
+    const auto before = AssembleCells(direct_only, grid, MeshingParams{}, context);
+    const auto after = AssembleCells(*table, grid, MeshingParams{}, context);
+    ASSERT_TRUE(before.ok() && after.ok());
+    EXPECT_LE(OpenFacesOf(*after).size(), OpenFacesOf(*before).size());
+    EXPECT_GE(after->cells.size(), before->cells.size());
+  }
+}
+
+TEST(ExtractTopology, NamesTheCornerThatIsNoVertex) {
+  MergedCubes cubes = MakeCubeGrid(1, 1, 1);
+  cubes.corners[0][3] = 99;
+  RunContext context;
+  const auto table = ExtractTopology(cubes, MeshingParams{}, context);
+  EXPECT_EQ(table.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(std::string(table.status().message()).find("99"), std::string::npos);
+}
+
+TEST(ExtractTopology, ACancelledRunEndsWithCancelled) {
   RunContext context;
   context.RequestStop();
-  const MergedCubes cubes = MakeCubeGrid(2, 2, 2);
-  EXPECT_EQ(ExtractTopology(cubes, MeshingParams{}, context).status().code(),
-            absl::StatusCode::kCancelled);
+  for (const Extraction extraction : {Extraction::kDirect, Extraction::kPaper}) {
+    EXPECT_EQ(
+        ExtractTopology(MakeCubeGrid(2, 2, 2), ParamsFor(extraction), context).status().code(),
+        absl::StatusCode::kCancelled);
+  }
 }
 
 }  // namespace
