@@ -14,10 +14,9 @@ struct Quatf {
 };
 
 AMHEX_HD constexpr Quatf operator*(const Quatf& a, const Quatf& b) {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
-          a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-          a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+  return {
+      a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+      a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 AMHEX_HD constexpr Quatf operator+(const Quatf& a, const Quatf& b) {
   return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z};

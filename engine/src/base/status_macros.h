@@ -10,12 +10,12 @@
 #define AMHEX_STATUS_CONCAT(a, b) AMHEX_STATUS_CONCAT_INNER(a, b)
 
 // Returns the status of `expression` from the enclosing function unless it is OK.
-#define AMHEX_RETURN_IF_ERROR(expression)                           \
-  do {                                                              \
-    absl::Status amhex_status_of_expression = (expression);         \
-    if (!amhex_status_of_expression.ok()) {                         \
-      return amhex_status_of_expression;                            \
-    }                                                               \
+#define AMHEX_RETURN_IF_ERROR(expression)                   \
+  do {                                                      \
+    absl::Status amhex_status_of_expression = (expression); \
+    if (!amhex_status_of_expression.ok()) {                 \
+      return amhex_status_of_expression;                    \
+    }                                                       \
   } while (false)
 
 // Declares or assigns `target` from a StatusOr, or returns its status.

@@ -1,0 +1,45 @@
+#include "backends.h"
+
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "amhex/mesher.h"
+#include "relax/cuda_library.h"
+
+namespace amhex {
+namespace {
+
+std::string DescribeCpu() {
+  return absl::StrCat("cpu (", tbb::this_task_arena::max_concurrency(), " threads)");
+}
+
+}  // namespace
+
+absl::StatusOr<BackendChoice> ChooseBackend(Backend requested) {
+  if (requested == Backend::kCpu) return BackendChoice{Backend::kCpu, DescribeCpu()};
+  const absl::StatusOr<std::string> cuda = DescribeCuda();
+  if (cuda.ok()) return BackendChoice{Backend::kCuda, *cuda};
+  const std::string reason(cuda.status().message());
+  if (requested == Backend::kCuda) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("run.backend: cuda was requested and is not usable: ", reason));
+  }
+  return BackendChoice{Backend::kCpu, absl::StrCat(DescribeCpu(), "; cuda not used: ", reason)};
+}
+
+std::vector<BackendInfo> ListBackends() {
+  const absl::StatusOr<std::string> cuda = DescribeCuda();
+  return {{Backend::kCpu, true, DescribeCpu()},
+          {Backend::kCuda, cuda.ok(),
+           cuda.ok() ? *cuda : absl::StrCat("cuda: ", std::string(cuda.status().message()))}};
+}
+
+std::string EngineVersion() {
+  return absl::StrCat("amhex ", AMHEX_VERSION, " (", AMHEX_REVISION, ")");
+}
+
+}  // namespace amhex

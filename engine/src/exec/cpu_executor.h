@@ -1,0 +1,133 @@
+// Runs bodies on the threads of the current oneTBB arena.
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "exec/executor.h"
+
+namespace amhex {
+
+// An array in host memory. Elements start undefined.
+template <class T>
+class HostBuffer {
+ public:
+  HostBuffer() = default;
+  explicit HostBuffer(int64_t size) : data_(new T[static_cast<size_t>(size)]), size_(size) {}
+
+  ArrayView<T> View() { return {data_.get(), size_}; }
+  ArrayView<const T> View() const { return {data_.get(), size_}; }
+  int64_t size() const { return size_; }
+
+ private:
+  std::unique_ptr<T[]> data_;
+  int64_t size_ = 0;
+};
+
+// One per run; thread-compatible. Throws std::bad_alloc when memory ends.
+class CpuExecutor {
+ public:
+  template <class T>
+  using BufferOf = HostBuffer<T>;
+
+  // `should_stop` may be empty; it is polled from several threads, at least once per grain.
+  explicit CpuExecutor(std::function<bool()> should_stop = {})
+      : should_stop_(std::move(should_stop)) {}
+
+  template <class T>
+  HostBuffer<T> Alloc(int64_t count) {
+    return HostBuffer<T>(count);
+  }
+
+  template <class T>
+  void CopyIn(const T* host, int64_t count, HostBuffer<T>& buffer) {
+    std::copy_n(host, count, buffer.View().data);
+  }
+
+  template <class T>
+  void CopyOut(const HostBuffer<T>& buffer, int64_t count, T* host) {
+    std::copy_n(buffer.View().data, count, host);
+  }
+
+  template <class Body>
+  void ForEach(const char* /*description*/, int64_t count, const Body& body) {
+    const auto run = [&](int64_t begin, int64_t end) {
+      if (PollStop()) return;
+      for (int64_t index = begin; index < end; ++index) body(index);
+    };
+    if (count <= kGrain) {
+      run(0, count);
+      return;
+    }
+    tbb::parallel_for(
+        tbb::blocked_range<int64_t>(0, count, kGrain),
+        [&](const tbb::blocked_range<int64_t>& range) { run(range.begin(), range.end()); },
+        tbb::simple_partitioner());
+  }
+
+  template <class Body>
+  int64_t Reduce(const char* /*description*/, int64_t count, const Body& body) {
+    return tbb::parallel_reduce(
+        tbb::blocked_range<int64_t>(0, count, kGrain), int64_t{0},
+        [&](const tbb::blocked_range<int64_t>& range, int64_t sum) {
+          for (int64_t index = range.begin(); index < range.end(); ++index) sum += body(index);
+          return sum;
+        },
+        std::plus<int64_t>());
+  }
+
+  int64_t ExclusiveScan(HostBuffer<int32_t>& values, int64_t count) {
+    int64_t total = 0;
+    for (int64_t index = 0; index < count; ++index) {
+      const int32_t value = values.View()[index];
+      values.View()[index] = static_cast<int32_t>(total);
+      total += value;
+    }
+    return total;
+  }
+
+  void SortByKey(HostBuffer<uint32_t>& keys, HostBuffer<int32_t>& values, int64_t count) {
+    std::vector<uint64_t> pairs(static_cast<size_t>(count));
+    for (int64_t index = 0; index < count; ++index) {
+      pairs[static_cast<size_t>(index)] = (static_cast<uint64_t>(keys.View()[index]) << 32) |
+                                          static_cast<uint32_t>(values.View()[index]);
+    }
+    tbb::parallel_sort(pairs);
+    for (int64_t index = 0; index < count; ++index) {
+      keys.View()[index] = static_cast<uint32_t>(pairs[static_cast<size_t>(index)] >> 32);
+      values.View()[index] = static_cast<int32_t>(pairs[static_cast<size_t>(index)]);
+    }
+  }
+
+  void Synchronize() {}
+  bool Stopped() const { return stopped_.load(std::memory_order_relaxed); }
+
+ private:
+  // Elements per task: some 5 ms of the most expensive body (a lattice tile), so that a stop is
+  // seen in time, and enough of the cheapest to hide the cost of a task.
+  static constexpr int64_t kGrain = 128;
+
+  bool PollStop() {
+    if (!Stopped() && should_stop_ && should_stop_()) {
+      stopped_.store(true, std::memory_order_relaxed);
+    }
+    return Stopped();
+  }
+
+  std::function<bool()> should_stop_;
+  std::atomic<bool> stopped_{false};
+};
+
+static_assert(Executor<CpuExecutor>);
+
+}  // namespace amhex

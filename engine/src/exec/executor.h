@@ -1,0 +1,52 @@
+// The seam between the method and the machine: what a stage may ask of threads or of a device.
+//
+// A stage is a template over an executor; a body is a small struct whose call operator handles
+// one element and holds nothing but views and scalars. Nothing above this folder knows threads,
+// streams or devices. Implementations: cpu_executor.h (oneTBB), cuda_executor.cuh.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <utility>
+
+#include "base/array_view.h"
+
+namespace amhex {
+
+// The owning array of an executor; `View()` is what bodies get. Contents start undefined.
+template <class Executor, class T>
+using Buffer = typename Executor::template BufferOf<T>;
+
+// Bodies used to state the concept.
+struct NoOperationBody {
+  AMHEX_HD void operator()(int64_t /*index*/) const {}
+};
+struct IndexValueBody {
+  AMHEX_HD int64_t operator()(int64_t index) const { return index; }
+};
+
+// Operations are ordered: each sees the results of the ones before. Every description names the
+// step in profiles and error messages. Once a run should stop, remaining elements are skipped,
+// `Stopped()` turns true and results are meaningless.
+template <class E>
+concept Executor = requires(E executor, const E const_executor, Buffer<E, int32_t>& ids,
+                            Buffer<E, uint32_t>& keys, const int32_t* host_in, int32_t* host_out,
+                            int64_t count) {
+  // Memory for `count` elements where bodies run.
+  { executor.template Alloc<int32_t>(count) } -> std::same_as<Buffer<E, int32_t>>;
+  // Copies `count` elements from or to host memory; complete on return.
+  executor.CopyIn(host_in, count, ids);
+  executor.CopyOut(ids, count, host_out);
+  // Calls the body for 0 .. count-1, in any order.
+  executor.ForEach("description", count, NoOperationBody{});
+  // Sum of the body over 0 .. count-1. Integers only: the order of additions must not matter.
+  { executor.Reduce("description", count, IndexValueBody{}) } -> std::same_as<int64_t>;
+  // In place: element i becomes the sum of the elements before it; returns the total.
+  { executor.ExclusiveScan(ids, count) } -> std::same_as<int64_t>;
+  // Sorts pairs by (key, value): equal for every executor even where keys tie.
+  executor.SortByKey(keys, ids, count);
+  executor.Synchronize();
+  { const_executor.Stopped() } -> std::same_as<bool>;
+};
+
+}  // namespace amhex

@@ -1,0 +1,56 @@
+// Builds a BinGrid on an executor.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "amhex/vec3.h"
+#include "exec/executor.h"
+#include "graph/bin_grid.h"
+
+namespace amhex {
+
+// Owns the arrays behind a BinGrid and reuses them from build to build.
+template <class E>
+class PointBins {
+ public:
+  // Bins of `bin_size` over [0, extent]; points are expected there (others land in the rim).
+  PointBins(E& executor, const Vec3d& extent, float bin_size) : executor_(executor) {
+    grid_.bin_size = bin_size;
+    grid_.count_x = CountAlong(extent.x, bin_size);
+    grid_.count_y = CountAlong(extent.y, bin_size);
+    grid_.count_z = CountAlong(extent.z, bin_size);
+    starts_ = executor.template Alloc<int32_t>(grid_.bin_count() + 1);
+  }
+
+  // Sorts the first `count` points into the bins. O(n log n).
+  const BinGrid& Build(ArrayView<const Vec3f> position, int64_t count) {
+    if (ids_.size() != count) {
+      keys_ = executor_.template Alloc<uint32_t>(count);
+      ids_ = executor_.template Alloc<int32_t>(count);
+    }
+    executor_.ForEach("key points by bin", count,
+                      BinKeyBody{grid_, position, keys_.View(), ids_.View()});
+    executor_.SortByKey(keys_, ids_, count);
+    executor_.ForEach("find bin starts", grid_.bin_count() + 1,
+                      BinStartBody{ReadOnly(keys_.View()), starts_.View()});
+    grid_.starts = ReadOnly(starts_.View());
+    grid_.ids = ReadOnly(ids_.View());
+    return grid_;
+  }
+
+  const BinGrid& grid() const { return grid_; }
+
+ private:
+  static int32_t CountAlong(double extent, float bin_size) {
+    return static_cast<int32_t>(std::fmax(1.0, std::ceil(extent / bin_size)));
+  }
+
+  E& executor_;
+  BinGrid grid_;
+  Buffer<E, uint32_t> keys_;
+  Buffer<E, int32_t> ids_;
+  Buffer<E, int32_t> starts_;
+};
+
+}  // namespace amhex

@@ -1,0 +1,150 @@
+#include "input/site_grid.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "base/counter_rng.h"
+#include "base/platform.h"
+#include "base/status_macros.h"
+#include "exec/cpu_executor.h"
+#include "graph/hop_distance.h"
+#include "graph/knn_exact_body.h"
+#include "graph/point_bins.h"
+#include "input/hull_queries.h"
+#include "relax/thin_samples.h"
+
+namespace amhex {
+namespace {
+
+// Layers of cubes around the box: two hops, and one to spare.
+constexpr int32_t kMarginLayers = 4;
+constexpr int32_t kFarthestHop = 2;
+// Two hops of the N_26 graph never reach farther, edge lengths: a cheap test before the graph's.
+constexpr double kFarthestDistance = 4.0;
+// Cubes over the box; more means a box absurdly larger than what it holds.
+constexpr double kMaxCubes = 1 << 28;
+constexpr float kBinSize = 1.0f;
+
+enum class Side : uint8_t { kDropped, kOutside, kInside };
+
+struct CubeGrid {
+  int32_t count_x = 0;
+  int32_t count_y = 0;
+  int32_t count_z = 0;
+  Vec3d low;  // of the first cube
+
+  int64_t size() const { return static_cast<int64_t>(count_x) * count_y * count_z; }
+  Vec3d CentreOf(int64_t index) const {
+    const auto x = static_cast<double>(index % count_x);
+    const auto y = static_cast<double>(index / count_x % count_y);
+    const auto z = static_cast<double>(index / count_x / count_y);
+    return low + Vec3d{x + 0.5, y + 0.5, z + 0.5};
+  }
+};
+
+absl::StatusOr<CubeGrid> StackCubes(const Box3d& box) {
+  const Vec3d extent = box.Extent();
+  const auto along = [](double length) {
+    return std::max(1.0, std::round(length)) + 2 * kMarginLayers;
+  };
+  const Vec3d count = {along(extent.x), along(extent.y), along(extent.z)};
+  if (!(count.x * count.y * count.z <= kMaxCubes)) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("sizing: the input's box holds ", count.x * count.y * count.z,
+                     " cubes of the wanted edge length, limit ", kMaxCubes));
+  }
+  CubeGrid grid{static_cast<int32_t>(count.x),
+                static_cast<int32_t>(count.y),
+                static_cast<int32_t>(count.z),
+                {}};
+  grid.low = (box.low + box.high) * 0.5 - count * 0.5;
+  return grid;
+}
+
+Vec3d Jitter(const MeshingParams& params, int64_t index) {
+  if (params.relaxation.initialization != Initialization::kJitteredGrid) return {};
+  const auto offset = [&](uint64_t axis) {
+    const double unit = RandomUnit(params.run.seed, RandomStream::kGridJitter,
+                                   3 * static_cast<uint64_t>(index) + axis);
+    return params.relaxation.jitter * (2 * unit - 1);
+  };
+  return {offset(0), offset(1), offset(2)};
+}
+
+Side SideOf(const Hull& hull, const Vec3d& p) {
+  if (hull.queries->IsInside(p)) return Side::kInside;
+  return hull.queries->Closest(p, kFarthestDistance).triangle < 0 ? Side::kDropped : Side::kOutside;
+}
+
+// Hop distance of every position to the samples, eq. 2 over N_26 of both.
+std::vector<int32_t> HopsToHull(const std::vector<Vec3d>& position, const HullSamples& samples,
+                                const CubeGrid& grid) {
+  const HullSamples thinned = ThinSamples(samples);
+  std::vector<Vec3f> nodes;
+  for (const Vec3d& p : position) nodes.push_back(ToFloat(p - grid.low));
+  for (const Vec3d& p : thinned.position) nodes.push_back(ToFloat(p - grid.low));
+  const auto site_count = static_cast<int64_t>(position.size());
+  const auto node_count = static_cast<int64_t>(nodes.size());
+  CpuExecutor executor;
+  const Vec3d extent = {static_cast<double>(grid.count_x), static_cast<double>(grid.count_y),
+                        static_cast<double>(grid.count_z)};
+  PointBins<CpuExecutor> bins(executor, extent, kBinSize);
+  const ArrayView<const Vec3f> node_view{nodes.data(), node_count};
+  HostBuffer<int32_t> neighbours = executor.Alloc<int32_t>(site_count * kNeighbourCount);
+  executor.ForEach("find neighbours", site_count,
+                   KnnExactBody{bins.Build(node_view, node_count), node_view, neighbours.View()});
+  const HostBuffer<int32_t> hops =
+      ComputeHopDistance(executor, ReadOnly(neighbours.View()), site_count, node_count);
+  std::vector<int32_t> result(position.size());
+  executor.CopyOut(hops, site_count, result.data());
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<Sites> PopulateGrid(const Hull& hull, const HullSamples& samples,
+                                   const MeshingParams& params, RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(const CubeGrid grid, StackCubes(hull.box));
+  std::vector<Side> side(static_cast<size_t>(grid.size()), Side::kDropped);
+  tbb::parallel_for(int64_t{0}, grid.size(), [&](int64_t index) {
+    if (run.ShouldStop()) return;
+    side[static_cast<size_t>(index)] = SideOf(hull, grid.CentreOf(index) + Jitter(params, index));
+  });
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+
+  std::vector<Vec3d> position;
+  std::vector<Side> kept_side;
+  for (int64_t index = 0; index < grid.size(); ++index) {
+    const Side s = side[static_cast<size_t>(index)];
+    if (s == Side::kDropped) continue;
+    position.push_back(grid.CentreOf(index) + Jitter(params, index));
+    kept_side.push_back(s);
+  }
+  if (std::count(kept_side.begin(), kept_side.end(), Side::kInside) == 0) {
+    return absl::InvalidArgumentError(
+        "sizing: no grid site falls inside the input; its walls are thinner than the wanted edge "
+        "length, ask for more cells");
+  }
+  const std::vector<int32_t> hops = HopsToHull(position, samples, grid);
+  Sites sites;
+  for (size_t i = 0; i < position.size(); ++i) {
+    if (kept_side[i] == Side::kOutside && hops[i] > kFarthestHop) continue;
+    sites.position.push_back(position[i]);
+    sites.frame.emplace_back();
+    sites.size.push_back({1, 1, 1});
+    sites.cell_volume.push_back(0.0);
+  }
+  Progress progress = run.progress();
+  progress.site_count = sites.count();
+  run.Report(progress);
+  return sites;
+}
+
+}  // namespace amhex

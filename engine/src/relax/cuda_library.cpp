@@ -1,0 +1,103 @@
+#include "relax/cuda_library.h"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
+#include "relax/cuda_interface.h"
+
+namespace amhex {
+namespace {
+
+constexpr size_t kTextCapacity = 512;
+
+struct CudaLibrary {
+  AmhexDescribeCudaFunction* describe = nullptr;
+  AmhexRelaxOnCudaFunction* relax = nullptr;
+};
+
+// AMHEX_CUDA_LIBRARY names the file; otherwise it lies beside the program, in the lib folder of
+// the same prefix, in the engine's build folder, or where the loader looks.
+std::vector<std::string> PossiblePaths() {
+  if (const char* named = std::getenv("AMHEX_CUDA_LIBRARY")) return {named};
+  std::vector<std::string> paths;
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    const std::filesystem::path folder = program.parent_path();
+    for (const char* relative : {".", "../lib", "../lib/amhex", "../engine"}) {
+      const std::filesystem::path path = folder / relative / kCudaLibraryName;
+      if (std::filesystem::exists(path, error)) paths.push_back(path.string());
+    }
+  }
+  paths.emplace_back(kCudaLibraryName);
+  return paths;
+}
+
+absl::StatusOr<CudaLibrary> OpenLibrary() {
+  std::string reason;
+  for (const std::string& path : PossiblePaths()) {
+    void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) {
+      reason = absl::StrCat("the library could not be loaded: ", dlerror());
+      continue;
+    }
+    CudaLibrary library;
+    library.describe =
+        reinterpret_cast<AmhexDescribeCudaFunction*>(dlsym(handle, kDescribeCudaSymbol));
+    library.relax = reinterpret_cast<AmhexRelaxOnCudaFunction*>(dlsym(handle, kRelaxOnCudaSymbol));
+    if (library.describe != nullptr && library.relax != nullptr) return library;
+    reason = absl::StrCat(kCudaLibraryName, " is of another version");
+    dlclose(handle);
+  }
+  return absl::FailedPreconditionError(reason);
+}
+
+const absl::StatusOr<CudaLibrary>& Library() {
+  static const absl::StatusOr<CudaLibrary> library = OpenLibrary();
+  return library;
+}
+
+absl::StatusOr<std::string> DescribeOnce() {
+  AMHEX_ASSIGN_OR_RETURN(const CudaLibrary library, Library());
+  std::array<char, kTextCapacity> text{};
+  if (library.describe(text.data(), text.size()) != CudaResult::kDone) {
+    return absl::FailedPreconditionError(text.data());
+  }
+  return std::string(text.data());
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> DescribeCuda() {
+  static const absl::StatusOr<std::string> description = DescribeOnce();
+  return description;
+}
+
+absl::StatusOr<RelaxationOutcome> RelaxOnCuda(RelaxationTask& task) {
+  AMHEX_ASSIGN_OR_RETURN(const CudaLibrary library, Library());
+  std::array<char, kTextCapacity> text{};
+  switch (library.relax(&task, text.data(), text.size())) {
+    case CudaResult::kDone:
+      return RelaxationOutcome::kDone;
+    case CudaResult::kStopped:
+      return RelaxationOutcome::kStopped;
+    case CudaResult::kNoDevice:
+      return absl::FailedPreconditionError(text.data());
+    case CudaResult::kOutOfMemory:
+      return absl::ResourceExhaustedError(text.data());
+    case CudaResult::kFailed:
+      return absl::InternalError(text.data());
+  }
+  return absl::InternalError("the CUDA library answered with an unknown result");
+}
+
+}  // namespace amhex
