@@ -1,0 +1,62 @@
+#include "fields/lattice_form.h"
+
+#include <gtest/gtest.h>
+
+#include "fixtures/solids.h"
+#include "unit/fields/field_fixtures.h"
+
+namespace amhex::fields {
+namespace {
+
+TEST(LatticeForm, ClosesAroundEverySquareWithoutASingularity) {
+  const SolvedFields fields(fixtures::MakeSphere(4, 0.5));
+  ASSERT_TRUE(fields.ok);
+  double sum = 0;
+  int64_t squares = 0, singular = 0;
+  const GridLevel& level = fields.grid.fine();
+  for (int64_t i = 0; i < level.count(); ++i) {
+    for (int d = 0; d < 3; ++d) {
+      if (!IsRegularSquare(level, fields.codes, i, d)) {
+        ++singular;
+        continue;
+      }
+      sum += SquaredNorm(CurlAround(level, fields.codes, fields.form.increments, i, d));
+      ++squares;
+    }
+  }
+  ASSERT_GT(squares, 1000);
+  EXPECT_GT(singular, 0);  // no frame field of a ball is without them
+  // One grid step is about half a cell; a hundredth of that is far below any rounding of phases.
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(squares)), 0.005);
+}
+
+TEST(LatticeForm, CountsHalfACellPerStepInABox) {
+  const SolvedFields fields(fixtures::MakeBox({3, 4, 5}, 1));
+  ASSERT_TRUE(fields.ok);
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    for (int d = 0; d < 3; ++d) {
+      if (fields.grid.fine().neighbours[i][d] < 0) continue;
+      EXPECT_NEAR(Norm(fields.form.increments[i][d]), fields.grid.spacing, 1e-3);
+    }
+  }
+}
+
+TEST(LatticeForm, HoldsTheWantedDensity) {
+  SolvedFields fields(fixtures::MakeTorus(4, 1.6, 0.4));
+  ASSERT_TRUE(fields.ok);
+  LatticeSettings settings;
+  settings.density = 0.7;
+  const auto form = SolveLatticeForm(fields.grid, fields.frames, fields.sizes, fields.codes,
+                                     settings, ProgressSlice(fields.run, 0, 1));
+  ASSERT_TRUE(form.ok());
+  double cells = 0;
+  for (const std::array<Vec3d, 3>& step : form->steps) {
+    const double volume = Determinant(step[0], step[1], step[2]);
+    EXPECT_GT(volume, 0);
+    cells += 1 / volume;
+  }
+  EXPECT_NEAR(cells / static_cast<double>(fields.grid.count()), 0.7, 1e-6);
+}
+
+}  // namespace
+}  // namespace amhex::fields

@@ -1,0 +1,60 @@
+#include "fields/orientation_field.h"
+
+#include <gtest/gtest.h>
+
+#include "fixtures/solids.h"
+#include "unit/fields/field_fixtures.h"
+
+namespace amhex::fields {
+namespace {
+
+TEST(OrientationField, FollowsTheAxesOfABoxEverywhere) {
+  const AxisFrame turn = ToFrame(SkewRotation());
+  const SolvedFields fields(Turned(turn, fixtures::MakeBox({4, 5, 6}, 1)));
+  ASSERT_TRUE(fields.ok);
+  for (const Quaternion& frame : fields.frames) {
+    for (const Vec3d& axis : turn.axis) {
+      EXPECT_GT(FindNearestAxis(ToFrame(frame), axis).cosine, 0.9999);
+    }
+  }
+}
+
+TEST(OrientationField, PutsAnAxisOnTheNormalNextToASmoothHull) {
+  const SolvedFields fields(fixtures::MakeTorus(5, 2, 0.4));
+  ASSERT_TRUE(fields.ok);
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    const HullConstraints* constraints = fields.grid.fine().ConstraintsOf(i);
+    if (constraints == nullptr || constraints->count != 1) continue;
+    const Vec3d& normal = constraints->item[0].normal;
+    EXPECT_GT(FindNearestAxis(ToFrame(fields.frames[i]), normal).cosine, 0.98);
+  }
+}
+
+TEST(OrientationField, MatchedNeighboursTurnLittleAwayFromSingularities) {
+  const SolvedFields fields(fixtures::MakeTwistedBox({4, 4, 8}, 0.8, 0.5));
+  ASSERT_TRUE(fields.ok);
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    for (const int32_t j : fields.grid.fine().neighbours[i]) {
+      if (j < 0) continue;
+      EXPECT_GT(std::abs(Dot(fields.frames[i], Matched(fields.frames[i], fields.frames[j]))), 0.98);
+    }
+  }
+}
+
+TEST(OrientationField, RotationsFromBothEndsOfAnEdgeAreInverse) {
+  const SolvedFields fields(fixtures::MakeSphere(3, 0.4));
+  ASSERT_TRUE(fields.ok);
+  const GridLevel& level = fields.grid.fine();
+  for (int64_t i = 0; i < level.count(); ++i) {
+    for (int k = 0; k < kNeighbourCount; ++k) {
+      const int32_t j = level.neighbours[i][k];
+      if (j < 0) continue;
+      EXPECT_EQ(Compose(RotationFrom(level, fields.codes, i, k),
+                        RotationFrom(level, fields.codes, j, Opposite(k))),
+                AxisRotation{});
+    }
+  }
+}
+
+}  // namespace
+}  // namespace amhex::fields
