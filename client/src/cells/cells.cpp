@@ -134,8 +134,8 @@ double ScaledJacobianOfCell(const CellCorners& corners, const std::vector<Vec3d>
       if (edges.edge[k][0] == v) next[valence++] = edges.edge[k][1];
     }
     if (valence != 3) continue;
-    // Put the three neighbours in the order that makes an outward corner positive: the face
-    // between two of them is left with the edge to the second when entered by the first.
+    // The neighbours a, b, c are in the order that makes an outward corner positive when a face
+    // comes from a, passes v and goes on to b.
     const int32_t a = next[0];
     int32_t b = -1;
     const FaceList faces = FacesOfCell(corners);
@@ -149,7 +149,7 @@ double ScaledJacobianOfCell(const CellCorners& corners, const std::vector<Vec3d>
     const int32_t c = next[1] == b ? next[2] : next[1];
     const Vec3d p = vertices[v];
     const double corner_value = Determinant(
-        Normalized(vertices[b] - p), Normalized(vertices[a] - p), Normalized(vertices[c] - p));
+        Normalized(vertices[a] - p), Normalized(vertices[b] - p), Normalized(vertices[c] - p));
     minimum = std::min(minimum, corner_value);
   }
   return minimum;

@@ -16,7 +16,7 @@ constexpr double kRibHalfThickness = 6, kRibReachX = 24, kRibReachZ = 48;
 constexpr double kPlateFillet = 8, kRibFillet = 4;
 constexpr double kBaseHoleRadius = 7, kBaseHoleX = 30, kBaseHoleY = 16;
 constexpr double kFlangeHoleRadius = 6, kFlangeHoleY = 17, kFlangeHoleZ = 42;
-constexpr double kRibHoleRadius = 5, kRibHoleX = -24, kRibHoleZ = 24;
+constexpr double kRibHoleRadius = 5, kRibHoleX = -28, kRibHoleZ = 22;
 
 // Rectangle of half sizes a, b with rounded corners, in the plane.
 double RoundedRectangle(double x, double y, double a, double b, double radius) {
@@ -49,8 +49,10 @@ double Plates(const Vec3d& p) {
   double flange = Extrude(RoundedRectangle(p.y, p.z - flange_middle, kBaseHalfY,
                                            kFlangeHeight - flange_middle, kFlangeCornerRadius),
                           std::abs(p.x - flange_x) - kFlangeThickness / 2);
-  flange = std::max(flange, -p.z);
-  return FilletUnion(base, flange, kPlateFillet);
+  // Where faces of both lie in one plane the fillet would bulge; the outline cuts that off, and
+  // rounds the flange's upright edges like those of the base.
+  const double outline = RoundedRectangle(p.x, p.y, kBaseHalfX, kBaseHalfY, kBaseCornerRadius);
+  return std::max({FilletUnion(base, flange, kPlateFillet), outline, -p.z});
 }
 
 double Rib(const Vec3d& p) {
@@ -67,7 +69,7 @@ double Bracket(const Vec3d& p) {
   double d = FilletUnion(Plates(p), Rib(p), kRibFillet);
   const double side_y = std::abs(p.y);
   d = std::max(d, -Cylinder(p.x - kBaseHoleX, side_y - kBaseHoleY, kBaseHoleRadius));
-  // The flange holes stop in mid air before the plate's far half, which has none of its own.
+  // The flange holes end in mid air.
   const double flange_hole =
       std::max(Cylinder(side_y - kFlangeHoleY, p.z - kFlangeHoleZ, kFlangeHoleRadius), p.x);
   d = std::max(d, -flange_hole);

@@ -13,18 +13,22 @@ namespace amhex::client {
 namespace {
 
 constexpr int kLeastResolution = 8, kMostResolution = 400;
+constexpr int kMostAttempts = 8;
 
 // Nodes x fastest, z slowest; cell (i, j, k) has node (i, j, k) as its lowest.
 class Grid {
  public:
-  Grid(const Shape& shape, int resolution) {
+  Grid(const Shape& shape, int resolution, int attempt) {
     const Vec3d extent = shape.box.Extent();
     cell_ = std::max({extent.x, extent.y, extent.z}) / resolution;
-    // The margins are no round numbers, so that grid planes do not fall onto the shape's faces.
-    constexpr double kMargin = 1.37;
-    low_ = shape.box.low - Vec3d{kMargin, kMargin - 0.113, kMargin + 0.071} * cell_;
+    // The margins are no round numbers, so that grid planes do not fall onto the shape's faces,
+    // and others in each attempt.
+    constexpr double kMargin = 1.37, kLargestMargin = 2.4;
+    const Vec3d shift = Vec3d{0.0, -0.113, 0.071} + Vec3d{0.137, 0.089, 0.111} * attempt;
+    low_ = shape.box.low - (Vec3d{kMargin, kMargin, kMargin} + shift) * cell_;
     for (int axis = 0; axis < 3; ++axis) {
-      size_[axis] = static_cast<int>(std::ceil(extent[axis] / cell_ + 2 * kMargin)) + 2;
+      size_[axis] =
+          static_cast<int>(std::ceil(extent[axis] / cell_ + kMargin + kLargestMargin)) + 2;
     }
     values_.reserve(static_cast<size_t>(size_[0]) * size_[1] * size_[2]);
     for (int k = 0; k < size_[2]; ++k) {
@@ -99,8 +103,8 @@ Vec3d Solve(const CellPlanes& planes, const Vec3d& low, double cell) {
 
 class Contour {
  public:
-  Contour(const Shape& shape, int resolution)
-      : shape_(shape), grid_(shape, resolution), vertex_of_(grid_.node_count(), -1) {}
+  Contour(const Shape& shape, int resolution, int attempt)
+      : shape_(shape), grid_(shape, resolution, attempt), vertex_of_(grid_.node_count(), -1) {}
 
   TriangleMesh Build() {
     VisitEdges([this](const Grid::Node& node, int axis) { AddPlane(node, axis); });
@@ -182,6 +186,20 @@ class Contour {
   TriangleMesh mesh_;
 };
 
+// True if every directed edge is used once and so is its reverse.
+bool IsClosedManifold(const TriangleMesh& mesh) {
+  std::vector<std::array<int32_t, 2>> edges, reverses;
+  for (const auto& t : mesh.triangles) {
+    for (int i = 0; i < 3; ++i) {
+      edges.push_back({t[i], t[(i + 1) % 3]});
+      reverses.push_back({t[(i + 1) % 3], t[i]});
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::sort(reverses.begin(), reverses.end());
+  return edges == reverses && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+}
+
 }  // namespace
 
 absl::StatusOr<TriangleMesh> ContourShape(const Shape& shape, int resolution) {
@@ -189,7 +207,14 @@ absl::StatusOr<TriangleMesh> ContourShape(const Shape& shape, int resolution) {
     return absl::InvalidArgumentError(absl::StrCat("the resolution must be in [", kLeastResolution,
                                                    ", ", kMostResolution, "], got ", resolution));
   }
-  return Contour(shape, resolution).Build();
+  // A grid cell that two sheets of the surface pass gets one vertex for both; another grid helps.
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    TriangleMesh mesh = Contour(shape, resolution, attempt).Build();
+    if (IsClosedManifold(mesh)) return mesh;
+  }
+  return absl::InternalError(absl::StrCat("no closed surface of the ", shape.name,
+                                          " was found at resolution ", resolution,
+                                          "; try a larger one"));
 }
 
 }  // namespace amhex::client

@@ -66,9 +66,10 @@ absl::StatusOr<std::string> DecodeVtkArray(std::string_view text, size_t most_by
   const uint64_t block_count = SizeAt(*fixed, 0), block_bytes = SizeAt(*fixed, 1);
   const uint64_t last_bytes = SizeAt(*fixed, 2);
   if (block_count == 0) return std::string();
-  if (block_count > text.size() / kSizeBytes || block_bytes > most_bytes ||
+  constexpr uint64_t kLargestBlock = uint64_t{1} << 30;
+  if (block_count > text.size() / kSizeBytes || block_bytes > kLargestBlock ||
       last_bytes > block_bytes ||
-      block_count > most_bytes / std::max<uint64_t>(1, block_bytes) + 1) {
+      (block_count - 1) * block_bytes + (last_bytes != 0 ? last_bytes : block_bytes) > most_bytes) {
     return Damaged("its table of sizes promises too much");
   }
   const size_t table_length = Base64Length((kFixedSizes + block_count) * kSizeBytes);
