@@ -9,7 +9,13 @@
 namespace amhex {
 
 // A different stream for every use, so that two uses never see the same numbers.
-enum class RandomStream : uint64_t { kKnnStart = 1, kGridJitter = 2 };
+enum class RandomStream : uint64_t {
+  kKnnStart = 1,
+  kGridJitter = 2,
+  kSampleAcross = 3,  // where a hull sample lies in its triangle, two numbers
+  kSampleAlong = 4,
+  kSampleOrder = 5,
+};
 
 // 64 well mixed bits (the finaliser of SplitMix64, applied per input word).
 AMHEX_HD constexpr uint64_t RandomBits(uint64_t seed, RandomStream stream, uint64_t index) {

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "input/close_mesh.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
@@ -103,15 +104,15 @@ double VolumeOf(const TriangleMesh& mesh) {
 
 absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
                                RunContext& run) {
-  if (absl::Status status = Validate(params); !status.ok()) return status;
-  if (absl::Status status = CheckInput(input); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(Validate(params));
+  AMHEX_RETURN_IF_ERROR(CheckInput(input));
   const Frame unit = UnitFrame(BoxOf(input));
   if (!(unit.scale > 0)) {
     return absl::InvalidArgumentError("the input's triangles are all at one point");
   }
   absl::StatusOr<ClosedSurface> closed = CloseInput(input, unit, params.sizing, run);
   if (!closed.ok()) return closed.status();
-  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
 
   TriangleMesh& solid = closed->mesh;
   const double volume = VolumeOf(solid);

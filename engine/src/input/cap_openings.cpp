@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/status_macros.h"
 #include "input/triangle_math.h"
 
 namespace amhex {
@@ -47,7 +48,7 @@ class LoopFiller {
   absl::Status Fill(const std::vector<int32_t>& loop, RunContext& run) {
     std::vector<std::vector<int32_t>> pending = {loop};
     while (!pending.empty()) {
-      if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+      AMHEX_RETURN_IF_ERROR(run.CheckStop());
       const std::vector<int32_t> part = std::move(pending.back());
       pending.pop_back();
       if (part.size() <= kLongestWholeLoop) {
@@ -125,7 +126,7 @@ absl::Status CapOpenings(const std::vector<std::vector<int32_t>>& loops, RunCont
   const ExistingEdges existing(mesh, loops);
   LoopFiller filler(existing, mesh);
   for (const auto& loop : loops) {
-    if (absl::Status status = filler.Fill(loop, run); !status.ok()) return status;
+    AMHEX_RETURN_IF_ERROR(filler.Fill(loop, run));
   }
   return absl::OkStatus();
 }

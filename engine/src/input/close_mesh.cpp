@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "input/cap_openings.h"
 #include "input/clean_mesh.h"
 #include "input/embedding_check.h"
@@ -62,7 +63,7 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
   if (adjacency.open_edge_count > 0) {
     const auto loops = FindOpenings(FindEdgeAdjacency(mesh), mesh);
-    if (absl::Status status = CapOpenings(loops, run, mesh); !status.ok()) return status;
+    AMHEX_RETURN_IF_ERROR(CapOpenings(loops, run, mesh));
     warnings.push_back(absl::StrCat("the input has ", loops.size(),
                                     loops.size() == 1 ? " opening" : " openings",
                                     ", closed by the engine"));

@@ -12,12 +12,12 @@ namespace amhex {
 namespace {
 
 constexpr size_t kMostWidthProbes = 4'000;
-constexpr double kWidthPercentile = 0.05;
+constexpr double kWidthPercentile = 0.10;
 constexpr double kCellsPerWidth = 2;
 // Rays start this far inside, in square roots of the triangle's area.
 constexpr double kRayStartRatio = 1e-3;
 
-// Thickness below which only 5 % of the surface lies; a negative number if nothing was hit.
+// Thickness below which only 10 % of the surface lies; a negative number if nothing was hit.
 double MinimumWidth(const TriangleMesh& solid, const HullQueries& queries) {
   const size_t step = std::max<size_t>(1, solid.triangles.size() / kMostWidthProbes);
   std::vector<std::pair<double, double>> width_and_area;

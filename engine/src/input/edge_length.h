@@ -12,14 +12,14 @@ inline constexpr int64_t kMaxCellCount = 20'000'000;
 // Without any wish the solid gets about this many cells ...
 inline constexpr int64_t kDefaultCellCount = 5'000;
 // ... or more, until its minimum width holds two cells, but no more than this many.
-inline constexpr int64_t kMaxDefaultCellCount = 50'000;
+inline constexpr int64_t kMaxDefaultCellCount = 20'000;
 
 // The edge length h, in units of `solid`, whose frame is `user_scale` times smaller than the
 // user's.
 //   sizing.edge_length given: that length;
 //   sizing.cell_count given:  (volume / cell_count)^(1/3);
 //   neither: (volume / 5000)^(1/3), but at most half of the minimum width, but at least
-//            (volume / 50000)^(1/3). The minimum width is the 5th percentile, by area, of the
+//            (volume / 20000)^(1/3). The minimum width is the 10th percentile, by area, of the
 //            thickness measured straight inward from the surface.
 //
 // OUT_OF_RANGE if that makes more than 20 million cells, INVALID_ARGUMENT if it makes less than

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 
 namespace amhex {
 namespace {
@@ -122,27 +123,23 @@ absl::Status CheckMesh(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) {
     return absl::InvalidArgumentError("the input mesh has no triangles");
   }
-  if (absl::Status status = CheckCount(mesh.vertices.size(), "vertices"); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckCount(mesh.triangles.size(), "triangles"); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = CheckCoordinates(mesh.vertices, "vertex"); !status.ok()) return status;
-  if (absl::Status status = CheckIndices(mesh); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(CheckCount(mesh.vertices.size(), "vertices"));
+  AMHEX_RETURN_IF_ERROR(CheckCount(mesh.triangles.size(), "triangles"));
+  AMHEX_RETURN_IF_ERROR(CheckCoordinates(mesh.vertices, "vertex"));
+  AMHEX_RETURN_IF_ERROR(CheckIndices(mesh));
   return CheckSpansSpace(mesh.vertices, "vertices");
 }
 
 absl::Status CheckCloud(const PointCloud& cloud) {
   if (cloud.points.empty()) return absl::InvalidArgumentError("the input cloud has no points");
-  if (absl::Status status = CheckCount(cloud.points.size(), "points"); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(CheckCount(cloud.points.size(), "points"));
   if (!cloud.normals.empty() && cloud.normals.size() != cloud.points.size()) {
     return absl::InvalidArgumentError(absl::StrCat("the input cloud has ", cloud.points.size(),
                                                    " points and ", cloud.normals.size(),
                                                    " normals: either as many or none"));
   }
-  if (absl::Status status = CheckCoordinates(cloud.points, "point"); !status.ok()) return status;
-  if (absl::Status status = CheckCoordinates(cloud.normals, "normal"); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(CheckCoordinates(cloud.points, "point"));
+  AMHEX_RETURN_IF_ERROR(CheckCoordinates(cloud.normals, "normal"));
   return CheckSpansSpace(cloud.points, "points");
 }
 
