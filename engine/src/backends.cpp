@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
+#include "build_version.h"
 #include "relax/cuda_library.h"
 
 namespace amhex {
@@ -39,7 +40,7 @@ std::vector<BackendInfo> ListBackends() {
 }
 
 std::string EngineVersion() {
-  return absl::StrCat("amhex ", AMHEX_VERSION, " (", AMHEX_REVISION, ")");
+  return absl::StrCat("amhex ", kVersion, " (", kRevision, ")");
 }
 
 }  // namespace amhex
