@@ -33,8 +33,7 @@ bool ShareFace(const Primitive& a, const Primitive& b) {
 
 template <class Visit>
 void ConflictFinder::ForEachBin(int32_t primitive, const Visit& visit) const {
-  Box3d box;
-  for (const int32_t v : table_.primitives[primitive].corners) box.Extend(vertices_[v]);
+  const Box3d box = CellExtent(table_.primitives[primitive].corners, vertices_).box;
   for (int64_t x = BinOf(box.low.x); x <= BinOf(box.high.x); ++x) {
     for (int64_t y = BinOf(box.low.y); y <= BinOf(box.high.y); ++y) {
       for (int64_t z = BinOf(box.low.z); z <= BinOf(box.high.z); ++z) visit(BinKey(x, y, z));
@@ -76,7 +75,9 @@ std::vector<int32_t> ConflictFinder::ConflictsOf(int32_t primitive) const {
   std::vector<int32_t> conflicts;
   for (const int32_t other : near) {
     const Primitive& candidate = table_.primitives[other];
-    if (other == primitive || ShareFace(asked, candidate)) continue;
+    if (other == primitive) continue;
+    if (!MayOverlap(body.extent(), CellExtent(candidate.corners, vertices_))) continue;
+    if (ShareFace(asked, candidate)) continue;
     if (Overlap(body, CellBody(candidate.corners, vertices_))) conflicts.push_back(other);
   }
   return conflicts;

@@ -24,6 +24,17 @@ int32_t VertexOnEdge(const CellVertices& ids, const CellFaces& faces) {
   return -1;
 }
 
+Vec3d Shrunk(const Vec3d& point, const Vec3d& centre) {
+  return point + (centre - point) * kShrinkage;
+}
+
+bool Meet(const Box3d& a, const Box3d& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
+  }
+  return true;
+}
+
 CellFace Without(const CellFace& face, int32_t vertex) {
   CellFace kept;
   for (int i = 0; i < face.count; ++i) {
@@ -34,19 +45,28 @@ CellFace Without(const CellFace& face, int32_t vertex) {
 
 }  // namespace
 
-CellBody::CellBody(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+CellExtent::CellExtent(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
   const CellVertices ids = VerticesOf(corners);
-  const CellFaces faces = FacesOf(corners);
-  Vec3d centre;
   for (const int32_t v : ids) {
     centre += vertices[v];
-    box_.Extend(vertices[v]);
+    box.Extend(vertices[v]);
   }
   centre /= ids.count;
+  sample_box = {Shrunk(box.low, centre), Shrunk(box.high, centre)};
+}
+
+bool MayOverlap(const CellExtent& a, const CellExtent& b) {
+  return Meet(a.sample_box, b.box) || Meet(b.sample_box, a.box);
+}
+
+CellBody::CellBody(const CellCorners& corners, const std::vector<Vec3d>& vertices)
+    : extent_(corners, vertices) {
+  const CellVertices ids = VerticesOf(corners);
+  const CellFaces faces = FacesOf(corners);
   const auto add_sample = [&](const Vec3d& point) {
-    samples_[sample_count_++] = point + (centre - point) * kShrinkage;
+    samples_[sample_count_++] = Shrunk(point, extent_.centre);
   };
-  add_sample(centre);
+  add_sample(extent_.centre);
   for (const int32_t v : ids) add_sample(vertices[v]);
   const int32_t on_edge = VertexOnEdge(ids, faces);
   for (const CellFace& whole : faces) {
@@ -68,10 +88,7 @@ CellBody::CellBody(const CellCorners& corners, const std::vector<Vec3d>& vertice
 }
 
 bool CellBody::Contains(const Vec3d& p) const {
-  if (p.x < box_.low.x || p.y < box_.low.y || p.z < box_.low.z || p.x > box_.high.x ||
-      p.y > box_.high.y || p.z > box_.high.z) {
-    return false;
-  }
+  if (!Meet({p, p}, extent_.box)) return false;
   for (int i = 0; i < plane_count_; ++i) {
     if (Dot(planes_[i].normal, p) >= planes_[i].offset) return false;
   }
@@ -86,6 +103,7 @@ bool CellBody::ContainsSampleOf(const CellBody& other) const {
 }
 
 bool Overlap(const CellBody& a, const CellBody& b) {
+  if (!MayOverlap(a.extent_, b.extent_)) return false;
   return a.ContainsSampleOf(b) || b.ContainsSampleOf(a);
 }
 

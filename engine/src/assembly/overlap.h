@@ -10,12 +10,24 @@
 
 namespace amhex {
 
+// Where a cell is, and where its samples are.
+struct CellExtent {
+  CellExtent(const CellCorners& corners, const std::vector<Vec3d>& vertices);
+
+  Vec3d centre;  // average of the distinct vertices
+  Box3d box;
+  Box3d sample_box;
+};
+
+// False if the two cells cannot overlap; cheap, and true for few neighbours.
+bool MayOverlap(const CellExtent& a, const CellExtent& b);
+
 // A cell as the overlap test sees it.
 class CellBody {
  public:
   CellBody(const CellCorners& corners, const std::vector<Vec3d>& vertices);
 
-  const Box3d& box() const { return box_; }
+  const CellExtent& extent() const { return extent_; }
 
   // True if a shrunk vertex, edge mid point or face centre, or the centre, of one lies inside the
   // other. Touching cells, and cells that overlap by less than the shrinkage, do not overlap.
@@ -32,7 +44,7 @@ class CellBody {
   };
   static constexpr int kMostSamples = 8 + 12 + 6 + 1;
   static constexpr int kMostPlanes = 24;
-  Box3d box_;
+  CellExtent extent_;
   int sample_count_ = 0;
   std::array<Vec3d, kMostSamples> samples_;
   int plane_count_ = 0;
