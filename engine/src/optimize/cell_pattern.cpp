@@ -1,5 +1,6 @@
 #include "optimize/cell_pattern.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -100,6 +101,65 @@ void AddTriangles(const CellFaces& faces, CellPattern& pattern) {
   }
 }
 
+int DegreeOf(uint8_t slot, const CellPattern& pattern) {
+  int degree = 0;
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    degree += pattern.edge_slots[e][0] == slot || pattern.edge_slots[e][1] == slot;
+  }
+  return degree;
+}
+
+const CellFace& FirstQuad(const CellFaces& faces) {
+  const CellFace* quad = faces.begin();
+  while (quad->count != 4) ++quad;
+  return *quad;
+}
+
+// The vertex of `pattern` that is on none of the corners of `face`.
+int32_t VertexOff(const CellFace& face, const CellPattern& pattern) {
+  int i = 0;
+  while (std::find(face.v.begin(), face.v.end(), pattern.vertex_slot[i]) != face.v.end()) ++i;
+  return pattern.vertex_slot[i];
+}
+
+// Slice 0 1 1 2 3 4 4 3: vertex 4, of two edges, follows 1 and precedes 3 on quad 0143, whose
+// corner across is 0; across on the other quad, 1234, is 2.
+CellCorners RelistedSlice(const CellFaces& faces, const CellPattern& pattern) {
+  int32_t middle = -1;
+  for (int i = 0; i < pattern.vertex_count; ++i) {
+    if (DegreeOf(pattern.vertex_slot[i], pattern) == 2) middle = pattern.vertex_slot[i];
+  }
+  std::array<int32_t, 2> across{};
+  int32_t v1 = -1, v3 = -1;
+  int quad_count = 0;
+  for (const CellFace& face : faces) {
+    for (int j = 0; j < face.count; ++j) {
+      if (face.count != 4 || face.v[j] != middle) continue;
+      across[quad_count] = face.v[(j + 2) % 4];
+      if (quad_count++ == 0) v1 = face.v[(j + 3) % 4], v3 = face.v[(j + 1) % 4];
+    }
+  }
+  return {across[0], v1, v1, across[1], v3, middle, middle, v3};
+}
+
+// In slots, like all of the pattern.
+CellCorners Relisted(const CellFaces& faces, const CellPattern& pattern) {
+  switch (pattern.type) {
+    case PrimitiveType::kTetrahedron: {
+      const CellFace& base = faces.face[0];
+      return MakeTetrahedronOn({base.v[0], base.v[1], base.v[2]}, VertexOff(base, pattern));
+    }
+    case PrimitiveType::kPyramid: {
+      const CellFace& base = FirstQuad(faces);
+      return MakePyramid(base.v, VertexOff(base, pattern));
+    }
+    case PrimitiveType::kSlice:
+      return RelistedSlice(faces, pattern);
+    default:  // all collapses to these types are turns of the listed one
+      return CornersOfMask(0);
+  }
+}
+
 struct PatternTable {
   std::array<int16_t, kMaskCount> index{};  // into patterns, or -1
   std::vector<CellPattern> patterns;
@@ -140,6 +200,16 @@ const CellPattern* FindCellPattern(const CellCorners& corners) {
     }
   }
   return &pattern;
+}
+
+CellCorners AsListedInFigure2(const CellCorners& corners) {
+  const CellPattern* pattern = FindCellPattern(corners);
+  if (pattern == nullptr || pattern->vertex_count > 5) return corners;
+  const CellCorners slots = CornersOfMask(MaskOf(corners));
+  const CellCorners listed = Relisted(FacesOf(slots), *pattern);
+  CellCorners result;
+  for (int i = 0; i < 8; ++i) result[i] = corners[listed[i]];
+  return result;
 }
 
 }  // namespace amhex

@@ -38,4 +38,9 @@ struct CellPattern {
 // nullptr if the corners form no cell of Figure 2. O(1), no allocation; safe from any thread.
 const CellPattern* FindCellPattern(const CellCorners& corners);
 
+// The same cell as an 8-corner list of Figure 2, up to turning. Tetrahedra, pyramids and slices
+// also arise from other collapses of a cube than the listed ones; their corners are listed anew.
+// Corners that form no cell come back as they are.
+CellCorners AsListedInFigure2(const CellCorners& corners);
+
 }  // namespace amhex

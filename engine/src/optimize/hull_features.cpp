@@ -100,26 +100,17 @@ void HullFeatures::BuildPatchQueries(const Hull& hull) {
 }
 
 void HullFeatures::BuildCreases(const Hull& hull) {
+  std::map<std::pair<int32_t, int32_t>, std::vector<SegmentQueries::Segment>> segments;
   for (const SharpEdge& edge : edges_) {
     const int32_t left = patch_of_triangle_[edge.triangle_left];
     const int32_t right = patch_of_triangle_[edge.triangle_right];
-    creases_[std::minmax(left, right)].segments.push_back(
+    segments[std::minmax(left, right)].push_back(
         {hull.vertices[edge.vertex_a], hull.vertices[edge.vertex_b]});
     if (left == right) continue;
     InsertSorted(adjacent_[left], right);
     InsertSorted(adjacent_[right], left);
   }
-  for (auto& [patches, crease] : creases_) {
-    std::vector<Vec3d> points;
-    std::vector<std::array<int32_t, 3>> lines;
-    for (const auto& [a, b] : crease.segments) {
-      const int32_t first = static_cast<int32_t>(points.size());
-      points.push_back(a);
-      points.push_back(b);
-      lines.push_back({first, first + 1, first + 1});
-    }
-    crease.queries = std::make_unique<HullQueries>(points, lines);
-  }
+  for (auto& [patches, lines] : segments) creases_.emplace(patches, std::move(lines));
 }
 
 void HullFeatures::FindCorners(const Hull& hull) {
@@ -155,10 +146,10 @@ std::optional<CreasePoint> HullFeatures::ClosestOnCrease(int32_t patch_a, int32_
                                                          const Vec3d& p, double reach) const {
   const auto found = creases_.find(std::minmax(patch_a, patch_b));
   if (found == creases_.end()) return std::nullopt;
-  const Crease& crease = found->second;
-  const HullPoint hit = crease.queries->Closest(p, reach);
-  if (hit.triangle < 0) return std::nullopt;
-  const auto& [a, b] = crease.segments[hit.triangle];
+  const SegmentQueries& crease = found->second;
+  const SegmentPoint hit = crease.Closest(p, reach);
+  if (hit.segment < 0) return std::nullopt;
+  const auto& [a, b] = crease.segment(hit.segment);
   return CreasePoint{hit.point, Normalized(b - a), hit.distance};
 }
 

@@ -14,6 +14,7 @@
 #include "amhex/vec3.h"
 #include "input/hull.h"
 #include "input/hull_queries.h"
+#include "optimize/segment_queries.h"
 
 namespace amhex {
 
@@ -50,10 +51,6 @@ class HullFeatures {
                                              double reach) const;
 
  private:
-  struct Crease {
-    std::vector<std::pair<Vec3d, Vec3d>> segments;
-    std::unique_ptr<HullQueries> queries;  // segments as triangles without area
-  };
   void KeepLongChains(const Hull& hull);
   void MergePatches(const Hull& hull);
   void BuildPatchQueries(const Hull& hull);
@@ -65,7 +62,7 @@ class HullFeatures {
   std::vector<int32_t> patch_of_triangle_;
   std::vector<std::unique_ptr<HullQueries>> patch_queries_;
   std::vector<std::vector<int32_t>> adjacent_;
-  std::map<std::pair<int32_t, int32_t>, Crease> creases_;  // by (lower, higher) patch
+  std::map<std::pair<int32_t, int32_t>, SegmentQueries> creases_;  // by (lower, higher) patch
   std::vector<HullCorner> corners_;
 };
 

@@ -109,6 +109,8 @@ absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
+  // Judge the maps that the output will have.
+  for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
   const HullFeatures features(hull);
   VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
   VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);

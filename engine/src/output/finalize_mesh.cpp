@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "optimize/cell_pattern.h"
 #include "topology/primitives.h"
 
 namespace amhex {
@@ -86,7 +87,8 @@ std::vector<SortableCell> SortedCells(const CellComplex& complex,
 
 }  // namespace
 
-CellCorners CanonicalCorners(const CellCorners& corners) {
+CellCorners CanonicalCorners(const CellCorners& any_corners) {
+  const CellCorners corners = AsListedInFigure2(any_corners);
   static const std::vector<Turn> turns = AllTurns();
   std::optional<CellCorners> best;
   for (const Turn& turn : turns) {

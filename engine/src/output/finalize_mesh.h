@@ -7,7 +7,7 @@
 
 namespace amhex {
 
-// Vertices in the user's units, those of cells only, in their old order. Every cell is turned so
+// Vertices in the user's units, those of cells only, in their old order. Every cell is listed so
 // that its corners repeat exactly as in Figure 2's list for its type, starting with the smallest
 // ids that allows; cells are sorted by type (hexahedra first), then by their sorted corners. Types
 // and qualities are filled. The result depends on the complex's vertex order alone, not on the
@@ -17,6 +17,6 @@ namespace amhex {
 AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame);
 
 // The turn of `corners` described above.
-CellCorners CanonicalCorners(const CellCorners& corners);
+CellCorners CanonicalCorners(const CellCorners& any_corners);
 
 }  // namespace amhex

@@ -1,0 +1,238 @@
+// Laws of vertex placement on perturbed grids in the hulls they should fill.
+#include "optimize/place_vertices.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+#include "fixtures/solids.h"
+#include "optimize/cell_quality.h"
+#include "optimize/hull_features.h"
+#include "optimize/placement.h"
+#include "optimize/project_to_hull.h"
+#include "optimize/raise_quality.h"
+#include "output/mesh_statistics.h"
+#include "output/validate.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridSize;
+using testing_support::HullOfMesh;
+using testing_support::MeshOf;
+using testing_support::Shake;
+
+Hull BoxHull(const GridSize& n) {
+  return HullOfMesh(fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 0.5));
+}
+
+CellComplex Placed(const CellComplex& complex, const Hull& hull) {
+  RunContext run;
+  absl::StatusOr<CellComplex> placed = PlaceVertices(complex, hull, MeshingParams{}, run);
+  EXPECT_TRUE(placed.ok()) << placed.status().ToString();
+  return *placed;
+}
+
+Placement PlacementOf(CellComplex& complex, const HullFeatures& features) {
+  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
+  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
+  return {complex, features, std::move(neighbourhoods), std::move(constraints)};
+}
+
+TEST(PlaceVertices, MakesAShakenGridFillItsBoxExactly) {
+  const GridSize n{5, 4, 6};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.2);
+  const Hull hull = BoxHull(n);
+  const AtMostHexaMesh mesh = MeshOf(Placed(complex, hull));
+  const ValidationReport report = ValidateMesh(mesh);
+  EXPECT_TRUE(report.valid()) << report.Summary();
+  const MeshStatistics statistics = MeasureMesh(mesh, hull);
+  EXPECT_NEAR(statistics.mesh_to_input_max, 0, 1e-9);
+  EXPECT_NEAR(statistics.input_to_mesh_max, 0, 1e-9) << "corners and edges are covered too";
+  EXPECT_GT(statistics.min_scaled_jacobian, 0.9);
+  EXPECT_GT(statistics.average_scaled_jacobian, 0.97);
+}
+
+TEST(PlaceVertices, LeavesAPerfectGridAsItIs) {
+  const GridSize n{4, 3, 2};
+  const CellComplex complex = GridComplex(n);
+  const CellComplex placed = Placed(complex, BoxHull(n));
+  for (size_t v = 0; v < complex.vertices.size(); ++v) {
+    EXPECT_NEAR(Norm(placed.vertices[v] - complex.vertices[v]), 0, 1e-9);
+  }
+  EXPECT_EQ(placed.cells, complex.cells);
+}
+
+TEST(PlaceVertices, GivesTheSameBitsAtAnyThreadCount) {
+  const GridSize n{9, 9, 9};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.25);
+  const Hull hull = BoxHull(n);
+  std::vector<CellComplex> results;
+  for (const size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(Placed(complex, hull));
+  }
+  EXPECT_EQ(results[0].vertices, results[1].vertices);
+  EXPECT_EQ(results[0].vertices, results[2].vertices);
+}
+
+TEST(PlaceVertices, PutsACubeOfHexahedraOntoASphere) {
+  // A grid blown up towards a ball: its edges and corners must come to lie on a smooth surface.
+  const GridSize n{6, 6, 6};
+  CellComplex complex = GridComplex(n);
+  for (Vec3d& p : complex.vertices) {
+    const Vec3d q = (p - Vec3d{3, 3, 3}) / 3.0;
+    p = {3.2 * q.x * std::sqrt(1 - q.y * q.y / 2 - q.z * q.z / 2 + q.y * q.y * q.z * q.z / 3),
+         3.2 * q.y * std::sqrt(1 - q.z * q.z / 2 - q.x * q.x / 2 + q.z * q.z * q.x * q.x / 3),
+         3.2 * q.z * std::sqrt(1 - q.x * q.x / 2 - q.y * q.y / 2 + q.x * q.x * q.y * q.y / 3)};
+  }
+  const Hull hull = HullOfMesh(fixtures::MakeSphere(3.5, 0.3));
+  const AtMostHexaMesh mesh = MeshOf(Placed(complex, hull));
+  const ValidationReport report = ValidateMesh(mesh);
+  EXPECT_TRUE(report.valid()) << report.Summary();
+  const MeshStatistics statistics = MeasureMesh(mesh, hull);
+  // Chords of length 1 to 1.5 on a sphere of radius 3.5 sag by 0.08; the eight corners of the grid,
+  // where three quads meet flatly, sag most.
+  EXPECT_LT(statistics.mesh_to_input_max * hull.box.Diagonal(), 0.15);
+  EXPECT_GT(statistics.min_scaled_jacobian, 0.3);
+}
+
+TEST(PlaceVertices, StopsWhenAsked) {
+  const GridSize n{4, 4, 4};
+  RunContext run;
+  run.RequestStop();
+  const auto placed = PlaceVertices(GridComplex(n), BoxHull(n), MeshingParams{}, run);
+  EXPECT_EQ(placed.status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(PlaceVertices, RefusesCellsOutsideFigure2) {
+  const GridSize n{2, 2, 2};
+  CellComplex complex = GridComplex(n);
+  complex.cells[3][0] = complex.cells[3][6];
+  RunContext run;
+  const auto placed = PlaceVertices(complex, BoxHull(n), MeshingParams{}, run);
+  EXPECT_EQ(placed.status().code(), absl::StatusCode::kInternal);
+}
+
+TEST(ProjectToHull, NeverMakesACellInvalid) {
+  // A hull much smaller than the grid: most vertices cannot get there.
+  CellComplex complex = GridComplex({4, 4, 4});
+  Shake(complex, 0.2);
+  const Hull hull = HullOfMesh(fixtures::MakeBox({2, 2, 2}, 0.5));
+  const HullFeatures features(hull);
+  Placement placement = PlacementOf(complex, features);
+  const RunContext run;
+  for (int round = 0; round < 4; ++round) {
+    ASSERT_TRUE(ProjectToHull(placement, 0.1, run).ok());
+    EXPECT_GE(SummarizeQuality(complex).minimum, 0.1);
+  }
+  EXPECT_GT(LargestOffset(placement), 0.1);
+}
+
+TEST(SweepQuality, NeverLowersTheMinimum) {
+  const GridSize n{6, 5, 4};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.3);
+  const Hull hull = BoxHull(n);
+  const HullFeatures features(hull);
+  Placement placement = PlacementOf(complex, features);
+  const RunContext run;
+  for (const QualityAim aim : {QualityAim::kMinimum, QualityAim::kAverage}) {
+    SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+    QualitySummary before = SummarizeQuality(complex);
+    for (int sweep = 0; sweep < 6; ++sweep) {
+      ASSERT_TRUE(SweepQuality(placement, {aim, 1.1, 1.0}, memory, run).ok());
+      const QualitySummary after = SummarizeQuality(complex);
+      EXPECT_GE(after.minimum, before.minimum - 1e-12);
+      if (aim == QualityAim::kAverage) {
+        EXPECT_GE(after.average, before.average - 1e-12);
+      }
+      before = after;
+    }
+  }
+  EXPECT_GT(SummarizeQuality(complex).minimum, 0.5);
+}
+
+TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
+  const GridSize n{4, 4, 4};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.25);
+  const Hull hull = BoxHull(n);
+  const HullFeatures features(hull);
+  Placement placement = PlacementOf(complex, features);
+  const RunContext run;
+  for (int round = 0; round < 3; ++round) ASSERT_TRUE(ProjectToHull(placement, 0.1, run).ok());
+  ASSERT_LT(LargestOffset(placement), 1e-9);
+  const std::vector<Vec3d> start = complex.vertices;
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+  for (int sweep = 0; sweep < 5; ++sweep) {
+    ASSERT_TRUE(SweepQuality(placement, {QualityAim::kAverage, 1.1, 0.5}, memory, run).ok());
+  }
+  int moved = 0;
+  for (size_t v = 0; v < start.size(); ++v) {
+    const Vec3d move = complex.vertices[v] - start[v];
+    moved += Norm(move) > 1e-3;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double side = std::round(start[v][axis]);
+      const bool on_side = std::abs(start[v][axis]) < 1e-9 || std::abs(start[v][axis] - 4) < 1e-9;
+      if (on_side) {
+        EXPECT_NEAR(complex.vertices[v][axis], side, 1e-9);
+      }
+    }
+  }
+  EXPECT_GT(moved, 50);
+}
+
+TEST(Constraints, GiveEveryCornerOneVertexAndEveryEdgeAChain) {
+  const GridSize n{5, 4, 3};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.2);
+  const Hull hull = BoxHull(n);
+  const HullFeatures features(hull);
+  ASSERT_EQ(features.corners().size(), 8u);
+  ASSERT_EQ(features.patch_count(), 6);
+  const Placement placement = PlacementOf(complex, features);
+  int corners = 0, creases = 0, patches = 0;
+  for (const VertexConstraint& constraint : placement.constraints.vertex) {
+    corners += constraint.kind == Constraint::kCorner;
+    creases += constraint.kind == Constraint::kCrease;
+    patches += constraint.kind == Constraint::kPatch;
+  }
+  EXPECT_EQ(corners, 8);
+  EXPECT_EQ(creases, 4 * (4 + 3 + 2));
+  EXPECT_EQ(patches, 2 * (4 * 3 + 3 * 2 + 4 * 2));
+}
+
+TEST(HullFeatures, DropShortSharpChainsAndJoinTheirPatches) {
+  // A box with sides of 0.2 edge lengths: its sharp edges are 2.4 long together.
+  const Hull speck = HullOfMesh(fixtures::MakeBox({0.2, 0.2, 0.2}, 0.1));
+  const HullFeatures features(speck);
+  EXPECT_EQ(features.patch_count(), 1);
+  EXPECT_TRUE(features.corners().empty());
+}
+
+TEST(VertexNeighbourhoods, ColourNoTwoVerticesOfACellAlike) {
+  const CellComplex complex = GridComplex({4, 5, 3});
+  const VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
+  std::vector<int> colour_of(complex.vertices.size(), -1);
+  size_t coloured = 0;
+  for (size_t k = 0; k < neighbourhoods.colours.size(); ++k) {
+    for (const int32_t v : neighbourhoods.colours[k]) colour_of[v] = static_cast<int>(k);
+    coloured += neighbourhoods.colours[k].size();
+  }
+  EXPECT_EQ(coloured, complex.vertices.size());
+  for (const CellCorners& corners : complex.cells) {
+    for (int i = 0; i < 8; ++i) {
+      for (int j = 0; j < i; ++j) EXPECT_NE(colour_of[corners[i]], colour_of[corners[j]]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace amhex
