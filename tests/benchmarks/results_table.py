@@ -2,7 +2,7 @@
 """Meshes a list of models with the `amhex` client and writes the measured table, docs/results.md.
 
     tests/benchmarks/results_table.py --amhex build/release/client/amhex --models FOLDER
-    tests/benchmarks/results_table.py --server localhost:7443 part.obj:9500 scan.drc
+    tests/benchmarks/results_table.py --server localhost:50051 part.obj:9500 scan.drc
 
 Each model is FILE or FILE:CELLS. Without any, the default list is looked for in --models. Every
 figure is read from what `amhex mesh --json` wrote for a mesh that it had checked; a model without a
@@ -104,7 +104,23 @@ def mesh(arguments, path, cells):
         lines = [line for line in run.stderr.splitlines() if line.strip()]
         return None, lines[-1] if lines else f"exit status {run.returncode}", seconds
     with open(report_path, encoding="utf-8") as file:
-        return json.load(file), None, seconds
+        return read_report(json.load(file)), None, seconds
+
+
+def read_report(job):
+    """The final job as the client writes it, reduced to what the tables show."""
+    result = job["result"]
+    statistics = dict(result["statistics"])
+    statistics["cells_by_type"] = {
+        entry["type"]: entry["cell_count"] for entry in statistics["cells_by_type"]
+    }
+    return {
+        "statistics": statistics,
+        "stages": job["stages"],
+        "backend_note": result["backend_note"],
+        "engine_version": result["engine_version"],
+        "warnings": result["warnings"],
+    }
 
 
 def paper_row(path):
@@ -137,7 +153,7 @@ def quality_row(path, cells, report):
 
 
 def cost_row(path, report, seconds, stage_names):
-    wall = {stage["stage"]: stage["wall_seconds"] for stage in report["stages"]}
+    wall = {stage["stage"]: stage["wall_duration"] for stage in report["stages"]}
     peak = max((stage["peak_memory_bytes"] for stage in report["stages"]), default=0)
     row = [path.name, str(report["statistics"]["cell_count"])]
     row += [f"{wall.get(name, 0):.2f}" for name in stage_names]
@@ -198,6 +214,7 @@ def write_document(arguments, results):
             f"- commit: {commit}" + (" with local changes" if changed else ""),
             f"- machine: {machine()}",
             f"- date: {datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}",
+            f"- engine: {done[0][2]['engine_version'] if done else '–'}",
             f"- backend: {done[0][2]['backend_note'] if done else '–'}",
         ]),
         "## Quality",
