@@ -39,8 +39,6 @@ std::vector<BackendInfo> ListBackends() {
            cuda.ok() ? *cuda : absl::StrCat("cuda: ", std::string(cuda.status().message()))}};
 }
 
-std::string EngineVersion() {
-  return absl::StrCat("amhex ", kVersion, " (", kRevision, ")");
-}
+std::string EngineVersion() { return absl::StrCat("amhex ", kVersion, " (", kRevision, ")"); }
 
 }  // namespace amhex

@@ -26,8 +26,9 @@ namespace {
 // Layers of cubes around the box: two hops, and one to spare.
 constexpr int32_t kMarginLayers = 4;
 constexpr int32_t kFarthestHop = 2;
-// Two hops of the N_26 graph never reach farther, edge lengths: a cheap test before the graph's.
-constexpr double kFarthestDistance = 4.0;
+// Nor farther than this, edge lengths: at the rim of the box the neighbours of a site all lie on
+// one side, and its hops are longer.
+constexpr double kFarthestDistance = 3.0;
 // Cubes over the box; more means a box absurdly larger than what it holds.
 constexpr double kMaxCubes = 1 << 28;
 constexpr float kBinSize = 1.0f;

@@ -11,8 +11,8 @@ namespace amhex {
 
 // Sites at the centres of unit cubes stacked over the hull's box and a margin, centred on it, with
 // the world's axes as frames and unit sizes; displaced by up to `relaxation.jitter` per axis for
-// kJitteredGrid. Outside sites farther than two hops (eq. 2) from the samples are left out, as the
-// paper's Outlook suggests. Ordered by z, y, x.
+// kJitteredGrid. Outside sites more than two hops (eq. 2) from the samples, or more than three edge
+// lengths from the hull, are left out, as the paper's Outlook suggests. Ordered by z, y, x.
 //
 // Errors: INVALID_ARGUMENT (no site falls inside), RESOURCE_EXHAUSTED (the box holds absurdly more
 // cubes than the hull), CANCELLED, DEADLINE_EXCEEDED. O(box volume), parallel.

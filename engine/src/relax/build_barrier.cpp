@@ -64,24 +64,31 @@ int32_t FirstBeyond(double x, double spacing) {
   return static_cast<int32_t>(std::ceil(x / spacing));
 }
 
+// A row through a crack: every point asks for itself.
+void FillCrackedRow(const Hull& hull, const HullBarrier& barrier, int32_t y, int32_t z,
+                    std::vector<uint32_t>& mask) {
+  const FccLattice& lattice = barrier.lattice;
+  for (int32_t x = (y + z) & 1; x < lattice.tiles_x * kTileWidth; x += 2) {
+    if (hull.queries->IsInside(barrier.origin + lattice.PositionOf({x, y, z}))) {
+      FillRun(lattice, y, z, x, x + 1, mask);
+    }
+  }
+}
+
 void FillRow(const Hull& hull, const HullBarrier& barrier, int32_t y, int32_t z,
              const RowCrossing* begin, const RowCrossing* end, std::vector<uint32_t>& mask) {
   int32_t winding = 0;
   for (const RowCrossing* c = begin; c != end; ++c) winding += c->sign;
-  const bool is_closed = winding == 0;
+  if (winding != 0) {
+    FillCrackedRow(hull, barrier, y, z, mask);
+    return;
+  }
   const double spacing = barrier.lattice.spacing;
-  winding = 0;
   for (const RowCrossing* c = begin; c + 1 < end; ++c) {
     winding += c->sign;
-    bool is_inside = winding > 0;
-    if (!is_closed) {
-      const Vec3d middle = {0.5 * (c[0].x + c[1].x), y * spacing, z * spacing};
-      is_inside = hull.queries->IsInside(barrier.origin + middle);
-    }
-    if (is_inside) {
-      FillRun(barrier.lattice, y, z, FirstBeyond(c[0].x, spacing), FirstBeyond(c[1].x, spacing),
-              mask);
-    }
+    if (winding <= 0) continue;
+    FillRun(barrier.lattice, y, z, FirstBeyond(c[0].x, spacing), FirstBeyond(c[1].x, spacing),
+            mask);
   }
 }
 

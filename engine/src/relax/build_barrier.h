@@ -17,7 +17,7 @@ namespace amhex {
 // deviates: instead of one winding number per lattice point (section 4.1), the signed crossings of
 // the hull along every lattice row are summed: the same number for a closed hull, at the cost of
 // the crossings alone. Rows whose crossings do not cancel (a crack in the hull) ask the winding
-// number once between each two crossings.
+// number at each of their points.
 //
 // Errors: RESOURCE_EXHAUSTED (lattice too large), CANCELLED, DEADLINE_EXCEEDED.
 // O(hull area / spacing^2 + box volume), parallel.

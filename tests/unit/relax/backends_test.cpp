@@ -1,0 +1,50 @@
+#include "backends.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "amhex/mesher.h"
+
+namespace amhex {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Backends, TheCpuIsAlwaysThere) {
+  const auto choice = ChooseBackend(Backend::kCpu);
+  ASSERT_TRUE(choice.ok());
+  EXPECT_EQ(choice->backend, Backend::kCpu);
+  EXPECT_THAT(choice->note, HasSubstr("cpu ("));
+}
+
+TEST(Backends, AutoSaysWhatItChoseAndWhy) {
+  const auto choice = ChooseBackend(Backend::kAuto);
+  ASSERT_TRUE(choice.ok());
+  if (choice->backend == Backend::kCpu) {
+    EXPECT_THAT(choice->note, HasSubstr("cuda not used: "));
+  } else {
+    EXPECT_THAT(choice->note, HasSubstr("cuda"));
+  }
+}
+
+TEST(Backends, CudaIsListedAsAvailableExactlyWhenItCanBeChosen) {
+  const auto choice = ChooseBackend(Backend::kCuda);
+  bool is_listed = false;
+  for (const BackendInfo& info : ListBackends()) {
+    if (info.backend == Backend::kCuda) is_listed = info.available;
+  }
+  EXPECT_EQ(choice.ok(), is_listed);
+  if (!choice.ok()) {
+    EXPECT_EQ(choice.status().code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_THAT(std::string(choice.status().message()), HasSubstr("run.backend"));
+  }
+}
+
+TEST(EngineVersion, NamesTheProgramAndItsRevision) {
+  EXPECT_THAT(EngineVersion(), HasSubstr("amhex "));
+  EXPECT_THAT(EngineVersion(), Not(HasSubstr("()")));
+}
+
+}  // namespace
+}  // namespace amhex
