@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "closure/boundary_defects.h"
 #include "closure/cavities.h"
 #include "closure/delaunay_fill.h"
 #include "closure/prepare_cavities.h"
@@ -23,6 +24,8 @@ constexpr StarRound kFirstRounds[] = {{6, 4, 60}, {9, 6, 100}};
 constexpr StarRound kSlitRounds[] = {{4, 4, 40}, {7, 6, 80}};
 // Each attempt of the last resort removes one more layer of cells around what resisted.
 constexpr int kDelaunayAttempts = 6;
+// Boundary defects are opened and filled anew, each time a layer farther.
+constexpr int kDefectAttempts = 4;
 
 class Closer {
  public:
@@ -37,12 +40,16 @@ class Closer {
       FillWithStars(round);
       RemoveLooseCells(&mesh_);
     }
-    for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
+    for (int attempt = 0; attempt < kDefectAttempts; ++attempt) {
+      FillCavities(attempt);
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
-      for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
-      FillByDelaunay(hull_, CollectCavities(mesh_), seed_ + static_cast<uint64_t>(attempt), &mesh_);
-      for (const StarRound& round : kSlitRounds) FillWithStars(round);
+      if (HasOpenFaces()) return OpenError();
+      const auto defects = FindBoundaryDefects(mesh_, hull_);
+      if (defects.empty()) break;
+      RemoveCellsAt(defects, attempt);
     }
+    // What is left of defects is for the validator to judge.
+    FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
     return mesh_.ToComplex();
@@ -50,6 +57,28 @@ class Closer {
 
  private:
   bool HasOpenFaces() const { return !mesh_.OpenFaces().empty(); }
+
+  void FillCavities(int round) {
+    for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
+      if (run_.ShouldStop()) return;
+      for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
+      const auto salt = static_cast<uint64_t>(kDelaunayAttempts * round + attempt);
+      FillByDelaunay(hull_, CollectCavities(mesh_), seed_ + salt, &mesh_);
+      for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
+    }
+  }
+
+  // Opens the mesh around the vertices, `layers` cells farther than their own.
+  void RemoveCellsAt(const std::vector<int32_t>& vertices, int layers) {
+    const auto cells_at = mesh_.CellsAtVertices();
+    for (const int32_t v : vertices) {
+      for (const int cell : cells_at[v]) {
+        if (mesh_.alive(cell)) mesh_.RemoveCell(cell);
+      }
+    }
+    for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
+    for (const StarRound& round : kSlitRounds) FillWithStars(round);
+  }
 
   // Tries every cavity once, smallest first.
   void FillWithStars(const StarRound& round) {

@@ -16,6 +16,10 @@ namespace {
 // Flat tetrahedra between hull vertices lie outside if they are nearer to the hull than this.
 constexpr double kHullSliverDepth = 0.15;
 constexpr double kOnHullDistance = 0.02;
+// A tetrahedron outside may complete the one inside at the same quad if it is this near.
+constexpr double kMaxBridgeDistance = 0.3;
+// Faces deeper than this under the hull cannot become part of it.
+constexpr double kMaxHullFaceDepth = 0.45;
 // Cells with contradictory sides are given up and the cover is made again, this often.
 constexpr int kMaxCoverRounds = 12;
 // A pyramid is taken instead of two tetrahedra if it is at least this good.
@@ -48,6 +52,7 @@ class DelaunayFiller {
     const int count = cover_.tetrahedra().count();
     side_.assign(count, Side::kUnknown);
     visited_.assign(count, 0);
+    behind_hull_face_.assign(count, 0);
     dying_.assign(mesh_.cell_slots(), 0);
     cavity_done_.assign(cavities_.count(), 0);
     contradictions_.clear();
@@ -139,33 +144,58 @@ class DelaunayFiller {
     }
   }
 
-  // Inside or outside: what the faces of covered cells demand comes first, then the hull.
-  Side SideOf(int t) {
+  // What lies behind a hull face of a covered cell is outside; the hull decides the rest.
+  Side OwnSide(int t) {
     if (side_[t] != Side::kUnknown) return side_[t];
-    int hull_cell = -1;
-    bool inside = false;
     for (int i = 0; i < 4; ++i) {
       const auto across = cover_.Across(t, i);
-      if (across.cell < 0 || across.face.count == 0) continue;
-      if (mesh_.Across(across.face) == WorkingMesh::kHull) {
-        hull_cell = across.cell;
-      } else {
-        inside = true;
+      if (across.cell >= 0 && across.face.count > 0 &&
+          mesh_.Across(across.face) == WorkingMesh::kHull) {
+        behind_hull_face_[t] = 1;
+        return side_[t] = Side::kOutside;
       }
     }
-    if (hull_cell >= 0 && inside) contradictions_.push_back(hull_cell);
-    if (hull_cell >= 0) return side_[t] = inside ? Side::kInside : Side::kOutside;
-    if (inside) return side_[t] = Side::kInside;
     return side_[t] = IsInsideHull(t) ? Side::kInside : Side::kOutside;
+  }
+
+  // The two tetrahedra behind one quad go together, or half of the quad would stay open.
+  Side SideOf(int t) {
+    const Side own = OwnSide(t);
+    for (int i = 0; i < 4; ++i) {
+      const auto across = cover_.Across(t, i);
+      if (across.cell < 0 || across.face.count != 4) continue;
+      if (mesh_.Across(across.face) == WorkingMesh::kHull) continue;
+      for (const int partner : cover_.TetrahedraBehind(across.cell, across.face)) {
+        if (partner == t || OwnSide(partner) == own) continue;
+        const int inner = own == Side::kInside ? t : partner;
+        const int outer = own == Side::kInside ? partner : t;
+        if (!behind_hull_face_[outer] && DistanceToHull(outer) < kMaxBridgeDistance) {
+          return Side::kInside;
+        }
+        if (DistanceToHull(inner) < kHullSliverDepth) return Side::kOutside;
+        contradictions_.push_back(across.cell);
+      }
+    }
+    return own;
+  }
+
+  Vec3d CentreOf(int t) const {
+    Vec3d centre;
+    for (const int32_t v : cover_.tetrahedra().vertices[t]) {
+      if (v >= 0) centre += mesh_.vertices()[v] * 0.25;
+    }
+    return centre;
+  }
+
+  double DistanceToHull(int t) const {
+    if (!cover_.tetrahedra().IsFinite(t)) return 1e300;
+    return hull_.queries->Closest(CentreOf(t)).distance;
   }
 
   bool IsInsideHull(int t) const {
     const auto& v = cover_.tetrahedra().vertices[t];
-    Vec3d centre;
-    for (const int32_t id : v) {
-      if (id < 0) return false;
-      centre += mesh_.vertices()[id] * 0.25;
-    }
+    if (!cover_.tetrahedra().IsFinite(t)) return false;
+    const Vec3d centre = CentreOf(t);
     const bool all_on_hull = std::all_of(v.begin(), v.end(), [&](int32_t id) {
       return hull_.queries->Closest(mesh_.vertices()[id], kOnHullDistance).triangle >= 0;
     });
@@ -195,6 +225,7 @@ class DelaunayFiller {
     for (int t = 0; t < tetrahedra.count(); ++t) {
       if (visited_[t]) MarkHullFaces(t);
     }
+    MarkFacesTowardsOutside();
     return report;
   }
 
@@ -235,12 +266,29 @@ class DelaunayFiller {
     }
   }
 
+  // Open faces of remaining cells with nothing inside behind them lie on the hull.
+  void MarkFacesTowardsOutside() {
+    for (const CellFace& face : mesh_.OpenFaces()) {
+      const int32_t cell = mesh_.Owner(face);
+      if (cell >= static_cast<int32_t>(dying_.size()) || !cover_.IsCovered(cell)) continue;
+      const Vec3d centre = FaceCentroid(face, mesh_.vertices());
+      if (hull_.queries->Closest(centre, kMaxHullFaceDepth).triangle < 0 &&
+          hull_.queries->IsInside(centre)) {
+        continue;
+      }
+      const auto behind = cover_.TetrahedraBehind(cell, face);
+      if (std::none_of(behind.begin(), behind.end(), [&](int t) { return visited_[t] != 0; })) {
+        mesh_.MarkHull(face);
+      }
+    }
+  }
+
   const Hull& hull_;
   const Cavities& cavities_;
   WorkingMesh& mesh_;
   TetrahedralCover cover_;
   std::vector<Side> side_;
-  std::vector<uint8_t> visited_, dying_, cavity_done_;
+  std::vector<uint8_t> visited_, behind_hull_face_, dying_, cavity_done_;
   std::vector<std::vector<int>> cells_in_;
   std::vector<int> contradictions_, pending_, pending_cells_;
 };

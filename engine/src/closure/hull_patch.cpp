@@ -26,9 +26,14 @@ constexpr double kFoldWeight = 10;
 
 class PatchProgram {
  public:
-  PatchProgram(const WorkingMesh& mesh, const Hull& hull, const std::vector<int32_t>& loop,
-               const Vec3d& apex)
-      : mesh_(mesh), hull_(hull), loop_(loop), apex_(apex), n_(static_cast<int>(loop.size())) {}
+  PatchProgram(const WorkingMesh& mesh, const Hull& hull, const std::vector<int>& absorbed,
+               const std::vector<int32_t>& loop, const Vec3d& apex)
+      : mesh_(mesh),
+        hull_(hull),
+        absorbed_(absorbed),
+        loop_(loop),
+        apex_(apex),
+        n_(static_cast<int>(loop.size())) {}
 
   std::optional<HullPatch> Run() {
     cost_.assign(static_cast<size_t>(n_) * n_, kImpossible);
@@ -95,8 +100,20 @@ class PatchProgram {
 
   double ChordCost(int i, int j) const {
     const auto& x = mesh_.vertices();
+    if (IsTakenEdge(loop_[i], loop_[j])) return kForbidden;
     const HullPoint nearest = hull_.queries->Closest((x[loop_[i]] + x[loop_[j]]) * 0.5);
     return kChordWeight * std::max(0.0, nearest.distance - kFreeChordDistance);
+  }
+
+  bool IsTakenEdge(int32_t a, int32_t b) const {
+    int cells = mesh_.CellsAtEdge(a, b);
+    if (cells == 0) return false;
+    const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
+    for (const int cell : absorbed_) {
+      const CellEdges edges = EdgesOf(mesh_.corners(cell));
+      cells -= std::find(edges.begin(), edges.end(), edge) != edges.end() ? 1 : 0;
+    }
+    return cells > 0;
   }
 
   void Collect(int i, int j, std::vector<CellFace>* faces) {
@@ -115,6 +132,7 @@ class PatchProgram {
 
   const WorkingMesh& mesh_;
   const Hull& hull_;
+  const std::vector<int>& absorbed_;
   const std::vector<int32_t>& loop_;
   const Vec3d apex_;
   const int n_;
@@ -125,9 +143,10 @@ class PatchProgram {
 }  // namespace
 
 std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull,
+                                       const std::vector<int>& absorbed,
                                        const std::vector<int32_t>& loop, const Vec3d& apex) {
   if (loop.size() < 3 || loop.size() > kMaxLoopLength) return std::nullopt;
-  return PatchProgram(mesh, hull, loop, apex).Run();
+  return PatchProgram(mesh, hull, absorbed, loop, apex).Run();
 }
 
 }  // namespace amhex

@@ -16,8 +16,10 @@ struct HullPatch {
 
 // The cheapest polygonisation of `loop` by dynamic programming: one per face, plus penalties for
 // poor cells towards `apex`, for chords off the hull and for folded quads. nullopt if there is
-// none with positive cells. O(n^4) in the loop's length n, which is bounded.
+// none with positive cells. Chords that cells outside `absorbed` have as an edge already are
+// refused: the mesh would touch itself there. O(n^4) in the loop's length n, which is bounded.
 std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull,
+                                       const std::vector<int>& absorbed,
                                        const std::vector<int32_t>& loop, const Vec3d& apex);
 
 }  // namespace amhex

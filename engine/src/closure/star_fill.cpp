@@ -114,7 +114,7 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   for (int round = 0; round < rounds; ++round) {
     filling.patch.clear();
     for (const auto& loop : loops) {
-      const auto patch = FindHullPatch(mesh, hull, loop, filling.apex);
+      const auto patch = FindHullPatch(mesh, hull, region.cells, loop, filling.apex);
       if (!patch) return;
       filling.patch.insert(filling.patch.end(), patch->faces.begin(), patch->faces.end());
     }

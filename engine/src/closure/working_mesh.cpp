@@ -4,6 +4,17 @@
 
 namespace amhex {
 
+CellEdges EdgesOf(const CellCorners& corners) {
+  CellEdges edges;
+  for (const auto& [i, j] : kCubeEdges) {
+    const std::array<int32_t, 2> edge = {std::min(corners[i], corners[j]),
+                                         std::max(corners[i], corners[j])};
+    if (edge[0] == edge[1] || std::find(edges.begin(), edges.end(), edge) != edges.end()) continue;
+    edges.edge[edges.count++] = edge;
+  }
+  return edges;
+}
+
 CellFace Reversed(const CellFace& face) {
   CellFace reversed = face;
   std::reverse(reversed.v.begin(), reversed.v.begin() + face.count);
@@ -68,6 +79,19 @@ int WorkingMesh::FindHalfFace(const CellFace& face) const {
   return it == face_index_.end() ? -1 : 2 * it->second + orientation;
 }
 
+uint64_t WorkingMesh::EdgeKey(int32_t a, int32_t b) {
+  return (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
+}
+
+void WorkingMesh::CountEdges(const CellCorners& corners, int change) {
+  for (const auto& [a, b] : EdgesOf(corners)) cells_at_edge_[EdgeKey(a, b)] += change;
+}
+
+int WorkingMesh::CellsAtEdge(int32_t a, int32_t b) const {
+  const auto it = cells_at_edge_.find(EdgeKey(a, b));
+  return it == cells_at_edge_.end() ? 0 : it->second;
+}
+
 bool WorkingMesh::IsUsed(const CellFace& face) const {
   const int half = FindHalfFace(face);
   return half >= 0 && (owners_[half] >= 0 || owners_[half ^ 1] >= 0);
@@ -92,11 +116,13 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   types_.push_back(*type);
   alive_.push_back(1);
   for (int i = 0; i < faces.count; ++i) owners_[halves[i]] = cell;
+  CountEdges(corners, 1);
   return cell;
 }
 
 void WorkingMesh::RemoveCell(int cell) {
   alive_[cell] = 0;
+  CountEdges(cells_[cell], -1);
   for (const CellFace& face : FacesOf(cells_[cell])) {
     const int half = FindHalfFace(face);
     owners_[half] = kOpen;

@@ -16,6 +16,15 @@
 
 namespace amhex {
 
+// The distinct edges of a cell, from its faces; each with its smaller id first.
+struct CellEdges {
+  int count = 0;
+  std::array<std::array<int32_t, 2>, 12> edge{};
+  const std::array<int32_t, 2>* begin() const { return edge.data(); }
+  const std::array<int32_t, 2>* end() const { return edge.data() + count; }
+};
+CellEdges EdgesOf(const CellCorners& corners);
+
 // Reverses the orientation of a face.
 CellFace Reversed(const CellFace& face);
 Vec3d FaceCentroid(const CellFace& face, const std::vector<Vec3d>& vertices);
@@ -49,6 +58,8 @@ class WorkingMesh {
     const int half = FindHalfFace(face);
     return half < 0 ? kOpen : owners_[half ^ 1];
   }
+  // Number of living cells that have the edge.
+  int CellsAtEdge(int32_t a, int32_t b) const;
   // True if either side of the face belongs to a cell.
   bool IsUsed(const CellFace& face) const;
   int half_face_count() const { return static_cast<int>(owners_.size()); }
@@ -70,13 +81,16 @@ class WorkingMesh {
  private:
   using FaceKey = std::array<int32_t, 4>;
   static FaceKey KeyOf(const CellFace& face, int* orientation);
+  static uint64_t EdgeKey(int32_t a, int32_t b);
+  void CountEdges(const CellCorners& corners, int change);
 
   std::vector<Vec3d> vertices_;
   std::vector<CellCorners> cells_;
   std::vector<PrimitiveType> types_;
   std::vector<uint8_t> alive_;
-  absl::flat_hash_map<FaceKey, int> face_index_;  // only looked up, never iterated
-  std::vector<int32_t> owners_;                   // [half_face]
+  absl::flat_hash_map<FaceKey, int> face_index_;      // only looked up, never iterated
+  std::vector<int32_t> owners_;                       // [half_face]
+  absl::flat_hash_map<uint64_t, int> cells_at_edge_;  // only looked up
 };
 
 }  // namespace amhex

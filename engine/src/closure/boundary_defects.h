@@ -1,0 +1,16 @@
+// Places where a closed complex still breaks the law of an embedded boundary.
+#pragma once
+
+#include <vector>
+
+#include "closure/working_mesh.h"
+#include "input/hull.h"
+
+namespace amhex {
+
+// Vertices of boundary edges with more than two boundary faces, of boundary vertices where sheets
+// touch, of boundary faces that face each other across a slit, and of boundary faces far from the
+// hull; ascending, empty if all is well. O(n).
+std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull);
+
+}  // namespace amhex
