@@ -10,6 +10,7 @@
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
 #include "input/hull_queries.h"
+#include "input/rebuild_surface.h"
 #include "input/sharp_features.h"
 #include "input/surface_topology.h"
 #include "input/triangle_math.h"
@@ -54,7 +55,8 @@ absl::StatusOr<ClosedSurface> CloseInput(const InputHull& input, const Frame& fr
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) {
     return CloseMesh({InUnitFrame(mesh->vertices, frame), mesh->triangles}, wanted, run);
   }
-  return absl::InvalidArgumentError("point clouds are not read yet");
+  const auto& cloud = std::get<PointCloud>(input);
+  return RebuildFromCloud({InUnitFrame(cloud.points, frame), cloud.normals}, wanted, run);
 }
 
 void ComputeNormals(const EdgeAdjacency& adjacency, Hull& hull) {

@@ -9,6 +9,7 @@
 #include "input/embedding_check.h"
 #include "input/hull_queries.h"
 #include "input/orient_components.h"
+#include "input/rebuild_surface.h"
 #include "input/surface_topology.h"
 
 namespace amhex {
@@ -85,12 +86,21 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
 
 absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wanted,
                                         RunContext& run) {
-  (void)wanted;
-  ClosedSurface surface{std::move(mesh), {}};
-  const absl::StatusOr<bool> kept = KeepTriangles(surface.mesh, surface.warnings, run);
-  if (!kept.ok()) return kept.status();
-  if (*kept) return surface;
-  return absl::InvalidArgumentError("the input surface is not a manifold or cuts itself");
+  ClosedSurface surface{mesh, {}};
+  AMHEX_ASSIGN_OR_RETURN(const bool kept, KeepTriangles(surface.mesh, surface.warnings, run));
+  if (kept) return surface;
+
+  // The soup as oriented as it can be; patches that closed nothing are not part of it.
+  std::vector<std::string> ignored;
+  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored);
+  MakeOrientationConsistent(adjacency, FindComponents(adjacency), mesh);
+  DropUnusedVertices(mesh);
+  AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));
+  surface.warnings.push_back(
+      "the surface does not bound a solid by itself; rebuilt where its winding number is one half");
+  surface.warnings.insert(surface.warnings.end(), rebuilt.warnings.begin(), rebuilt.warnings.end());
+  surface.mesh = std::move(rebuilt.mesh);
+  return surface;
 }
 
 }  // namespace amhex

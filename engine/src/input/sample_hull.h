@@ -9,7 +9,7 @@
 namespace amhex {
 
 // Samples about half an edge length apart (no two of one patch and side nearer than 0.45), some
-// four per unit of area, with normals and principal directions.
+// three per unit of area, with normals and principal directions.
 //
 // Curvature is the mean over the surroundings of one edge length, the scale of the cells, and never
 // looks across a sharp edge. Within 0.75 of a sharp edge the tangent runs along the edge, with

@@ -1,0 +1,90 @@
+#include "input/cloud_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace amhex {
+namespace {
+
+HullQueries QueriesOf(const TriangleMesh& mesh) { return {mesh.vertices, mesh.triangles}; }
+
+constexpr int kNeighbours = 28;
+// Radius of a sample's influence in its own spacing: random samples need some 20 in reach.
+constexpr double kInfluenceRatio = 2.8;
+// Distance from the nearest sample, in its spacing, up to which the samples alone decide, and from
+// which on the winding number does.
+constexpr double kNearRatio = 1.3;
+constexpr double kFarRatio = 2.6;
+// Robustness of Oztireli et al.: widths for residuals, in the sample's radius, and for normals.
+constexpr double kResidualWidth = 0.5;
+constexpr double kNormalWidth = 0.8;
+constexpr int kIterations = 3;
+
+}  // namespace
+
+CloudField::CloudField(CloudSamples samples)
+    : samples_(std::move(samples)),
+      tree_(samples_.position),
+      discs_(QueriesOf(DiscSoup(samples_))) {}
+
+CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
+  Local local;
+  std::vector<PointTree::Neighbour> near;
+  tree_.Nearest(p, kNeighbours, near);
+  const auto nearest = static_cast<size_t>(near.front().index);
+  const double ratio = std::sqrt(near.front().squared_distance) / samples_.spacing[nearest];
+  local.nearness = std::clamp((kFarRatio - ratio) / (kFarRatio - kNearRatio), 0.0, 1.0);
+  if (local.nearness <= 0) return local;
+
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    double weights = 0, weighted_values = 0;
+    Vec3d weight_gradient, value_gradient, normals;
+    for (const auto& n : near) {
+      const auto i = static_cast<size_t>(n.index);
+      const double radius = kInfluenceRatio * samples_.spacing[i];
+      const double fall = 1 - n.squared_distance / (radius * radius);
+      if (fall <= 0) continue;
+      const Vec3d offset = p - samples_.position[i];
+      const double value = Dot(offset, samples_.normal[i]);
+      double trust = 1;
+      if (iteration > 0) {
+        const double residual = (value - local.distance) / (kResidualWidth * radius);
+        const double turn = Norm(samples_.normal[i] - local.gradient) / kNormalWidth;
+        trust = std::exp(-residual * residual - turn * turn);
+      }
+      const double weight = trust * fall * fall * fall * fall;
+      const Vec3d gradient = offset * (trust * fall * fall * fall * -8 / (radius * radius));
+      weights += weight, weighted_values += weight * value;
+      weight_gradient += gradient, value_gradient += gradient * value;
+      normals += samples_.normal[i] * weight;
+    }
+    if (!(weights > 1e-12)) break;
+    local.is_near = true;
+    local.distance = weighted_values / weights;
+    local.gradient = (value_gradient - weight_gradient * local.distance + normals) / weights;
+  }
+  return local;
+}
+
+double CloudField::Value(const Vec3d& p) const {
+  const Local local = MovingLeastSquares(p);
+  if (local.is_near && local.nearness >= 1) return local.distance;
+  const PointTree::Neighbour nearest = tree_.Nearest(p);
+  const double unit = kInfluenceRatio * samples_.spacing[static_cast<size_t>(nearest.index)];
+  const double by_winding = (0.5 - discs_.WindingNumber(p)) * unit;
+  if (!local.is_near) return by_winding;
+  return local.nearness * local.distance + (1 - local.nearness) * by_winding;
+}
+
+Vec3d CloudField::Normal(const Vec3d& p, double spacing) const {
+  const Local local = MovingLeastSquares(p);
+  if (local.is_near && local.nearness >= 1 && Norm(local.gradient) > 0.1) {
+    return Normalized(local.gradient);
+  }
+  const double step = spacing / 4;
+  const auto slope = [&](const Vec3d& d) { return Value(p + d) - Value(p - d); };
+  return Normalized(Vec3d{slope({step, 0, 0}), slope({0, step, 0}), slope({0, 0, step})});
+}
+
+}  // namespace amhex

@@ -1,0 +1,38 @@
+// The solid that an oriented cloud describes: smooth near the samples, closed where there are none.
+#pragma once
+
+#include "input/cloud_samples.h"
+#include "input/hull_queries.h"
+#include "input/level_surface.h"
+#include "input/point_tree.h"
+
+namespace amhex {
+
+// Near samples: robust implicit moving least squares (Oztireli et al. 2009), which keeps sharp
+// edges; its radius follows the local spacing. Away from them: one half minus the winding number
+// of the samples' discs (Barill et al. 2018), which spans openings. Blended in between.
+class CloudField : public SurfaceField {
+ public:
+  explicit CloudField(CloudSamples samples);
+
+  double Value(const Vec3d& p) const override;
+  Vec3d Normal(const Vec3d& p, double spacing) const override;
+
+  const HullQueries& discs() const { return discs_; }
+  const CloudSamples& samples() const { return samples_; }
+
+ private:
+  struct Local {
+    bool is_near = false;  // some sample's radius reaches the point
+    double distance = 0;   // signed, of the moving least squares surface
+    Vec3d gradient;
+    double nearness = 0;  // [0, 1]; 1 = only the samples decide
+  };
+  Local MovingLeastSquares(const Vec3d& p) const;
+
+  const CloudSamples samples_;
+  const PointTree tree_;
+  const HullQueries discs_;
+};
+
+}  // namespace amhex

@@ -1,0 +1,193 @@
+#include "input/cloud_samples.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
+#include "input/curvature.h"
+#include "input/estimate_normals.h"
+#include "input/point_tree.h"
+
+namespace amhex {
+namespace {
+
+// Neighbours that the area is measured by, and how many are looked at to find them: around edges
+// and in thin parts half of those near look elsewhere.
+constexpr size_t kAreaNeighbours = 12;
+constexpr int kSearchedNeighbours = 32;
+// A point this much farther from its neighbours than those from theirs is none of the surface.
+constexpr double kOutlierRatio = 6.0;
+constexpr double kSameSideCosine = 0.2;
+
+// Equal points in a row after sorting: keeps the first of each and adds the others' normals.
+int64_t JoinEqualPoints(CloudSamples& samples) {
+  std::vector<std::pair<std::array<double, 3>, int32_t>> keys;
+  for (size_t i = 0; i < samples.position.size(); ++i) {
+    const Vec3d& p = samples.position[i];
+    keys.push_back({{p.x, p.y, p.z}, static_cast<int32_t>(i)});
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<uint8_t> keep(keys.size(), 1);
+  int64_t joined = 0;
+  for (size_t i = 1, first = 0; i < keys.size(); ++i) {
+    if (keys[i].first != keys[first].first) {
+      first = i;
+      continue;
+    }
+    const auto into = static_cast<size_t>(keys[first].second);
+    const auto from = static_cast<size_t>(keys[i].second);
+    samples.normal[into] += samples.normal[from];
+    keep[from] = 0;
+    ++joined;
+  }
+  size_t kept = 0;
+  for (size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i] == 0) continue;
+    samples.position[kept] = samples.position[i];
+    samples.normal[kept++] = samples.normal[i];
+  }
+  samples.position.resize(kept), samples.normal.resize(kept);
+  return joined;
+}
+
+// Brings normals to unit length and drops samples without one.
+int64_t NormalizeDirections(CloudSamples& samples) {
+  size_t kept = 0;
+  for (size_t i = 0; i < samples.position.size(); ++i) {
+    const double length = Norm(samples.normal[i]);
+    if (!(length > 1e-12)) continue;
+    samples.position[kept] = samples.position[i];
+    samples.normal[kept++] = samples.normal[i] / length;
+  }
+  const auto dropped = static_cast<int64_t>(samples.position.size() - kept);
+  samples.position.resize(kept), samples.normal.resize(kept);
+  return dropped;
+}
+
+struct Neighbourhood {
+  double spacing = 0;         // from this sample's own neighbours
+  double distance = 0;        // to the 8th neighbour of any direction
+  std::vector<int32_t> near;  // the nearest eight, itself included
+};
+
+std::vector<Neighbourhood> MeasureNeighbourhoods(const CloudSamples& samples, RunContext& run) {
+  const PointTree tree(samples.position);
+  std::vector<Neighbourhood> result(samples.position.size());
+  tbb::parallel_for(size_t{0}, result.size(), [&](size_t i) {
+    if (run.ShouldStop()) return;
+    std::vector<PointTree::Neighbour> found;
+    tree.Nearest(samples.position[i], kSearchedNeighbours, found);
+    Neighbourhood& hood = result[i];
+    for (size_t k = 0; k < std::min<size_t>(found.size(), 9); ++k) {
+      hood.near.push_back(found[k].index);
+      hood.distance = std::sqrt(found[k].squared_distance);
+    }
+    // With m neighbours within r, itself not counted, the density is about (m - 1/2) / (pi r^2).
+    size_t count = 0;
+    double squared = 0;
+    for (const auto& n : found) {
+      if (n.index == static_cast<int32_t>(i)) continue;
+      if (Dot(samples.normal[i], samples.normal[static_cast<size_t>(n.index)]) < kSameSideCosine) {
+        continue;
+      }
+      squared = n.squared_distance;
+      if (++count == kAreaNeighbours) break;
+    }
+    if (count == 0) {
+      count = std::max<size_t>(found.size(), 2) - 1;
+      squared = found.empty() ? 0 : found.back().squared_distance;
+    }
+    hood.spacing = std::sqrt(std::numbers::pi * squared / (static_cast<double>(count) - 0.5));
+  });
+  return result;
+}
+
+double MedianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Drops outliers and fills in the spacing.
+int64_t SettleSpacing(const std::vector<Neighbourhood>& hoods, CloudSamples& samples) {
+  std::vector<double> spacing(hoods.size());
+  std::vector<uint8_t> keep(hoods.size(), 1);
+  for (size_t i = 0; i < hoods.size(); ++i) {
+    std::vector<double> spacings, distances;
+    for (const int32_t j : hoods[i].near) {
+      spacings.push_back(hoods[static_cast<size_t>(j)].spacing);
+      if (j != static_cast<int32_t>(i)) {
+        distances.push_back(hoods[static_cast<size_t>(j)].distance);
+      }
+    }
+    spacing[i] = MedianOf(spacings);
+    if (!distances.empty() && hoods[i].distance > kOutlierRatio * MedianOf(distances)) keep[i] = 0;
+  }
+  size_t kept = 0;
+  for (size_t i = 0; i < hoods.size(); ++i) {
+    if (keep[i] == 0) continue;
+    samples.position[kept] = samples.position[i];
+    samples.normal[kept] = samples.normal[i];
+    spacing[kept++] = spacing[i];
+  }
+  spacing.resize(kept);
+  samples.position.resize(kept), samples.normal.resize(kept);
+  samples.spacing = std::move(spacing);
+  return static_cast<int64_t>(hoods.size() - kept);
+}
+
+void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
+  if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
+}
+
+}  // namespace
+
+absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
+                                          std::vector<std::string>& warnings) {
+  CloudSamples samples{cloud.points, cloud.normals, {}};
+  if (samples.normal.empty()) {
+    samples.normal.assign(samples.position.size(), Vec3d{});
+    Note(JoinEqualPoints(samples), "points at the same place, joined", warnings);
+    AMHEX_ASSIGN_OR_RETURN(samples.normal, EstimateNormals(samples.position, run));
+    warnings.push_back("the cloud has no normals, estimated by the engine");
+  } else {
+    Note(JoinEqualPoints(samples), "points at the same place, joined", warnings);
+    Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
+  }
+  if (samples.position.size() < 4) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the cloud has ", samples.position.size(),
+                     " usable points: at least 4 that span space are needed"));
+  }
+  const std::vector<Neighbourhood> hoods = MeasureNeighbourhoods(samples, run);
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  Note(SettleSpacing(hoods, samples), "points far from all others, left out", warnings);
+  return samples;
+}
+
+TriangleMesh DiscSoup(const CloudSamples& samples) {
+  // An equilateral triangle of area A has the circumradius sqrt(4 A / (3 sqrt 3)).
+  const double radius_per_spacing = std::sqrt(4 / (3 * std::numbers::sqrt3));
+  TriangleMesh soup;
+  for (size_t i = 0; i < samples.position.size(); ++i) {
+    const Vec3d& n = samples.normal[i];
+    const Vec3d u = AnyTangent(n), v = Cross(n, u);
+    const double radius = radius_per_spacing * samples.spacing[i];
+    const auto first = static_cast<int32_t>(soup.vertices.size());
+    for (int k = 0; k < 3; ++k) {
+      const double angle = 2 * std::numbers::pi * k / 3;
+      soup.vertices.push_back(samples.position[i] +
+                              (u * std::cos(angle) + v * std::sin(angle)) * radius);
+    }
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
+}  // namespace amhex

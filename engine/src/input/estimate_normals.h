@@ -1,0 +1,18 @@
+// Normals for clouds that come without: planes through neighbours, oriented consistently.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
+#include "amhex/vec3.h"
+
+namespace amhex {
+
+// Unit normals by principal components of 16 neighbours, oriented along a minimum spanning tree of
+// the neighbour graph (Hoppe et al. 1992) and outward in each connected part: the point farthest
+// out along an axis decides. O(n log n).
+absl::StatusOr<std::vector<Vec3d>> EstimateNormals(const std::vector<Vec3d>& points,
+                                                   RunContext& run);
+
+}  // namespace amhex

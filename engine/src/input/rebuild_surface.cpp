@@ -1,0 +1,184 @@
+#include "input/rebuild_surface.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
+#include "input/cloud_field.h"
+#include "input/cloud_samples.h"
+#include "input/edge_length.h"
+#include "input/hull_queries.h"
+#include "input/level_surface.h"
+#include "input/orient_components.h"
+#include "input/surface_topology.h"
+#include "input/triangle_math.h"
+
+namespace amhex {
+namespace {
+
+// Grid cells per edge length: enough for what cells of that length can follow; finer where the
+// samples are denser, as far as that helps.
+constexpr double kCoarsestCells = 2.5;
+constexpr double kFinestCells = 6.0;
+constexpr double kSoupCells = 4.0;
+// The surface may cross this many grid cells.
+constexpr double kMostSurfaceCells = 4e6;
+// Nodes per axis of the grid that a first guess of the volume is counted on.
+constexpr int kVolumeGrid = 40;
+// Pieces below this many cells are left out.
+constexpr double kSmallestPieceCells = 0.5;
+
+double CountVolume(const Box3d& box, const HullQueries& queries, RunContext& run) {
+  const Vec3d step = box.Extent() / static_cast<double>(kVolumeGrid);
+  std::vector<int64_t> inside(kVolumeGrid, 0);
+  tbb::parallel_for(0, kVolumeGrid, [&](int z) {
+    for (int y = 0; y < kVolumeGrid && !run.ShouldStop(); ++y) {
+      for (int x = 0; x < kVolumeGrid; ++x) {
+        const Vec3d p = box.low + Vec3d{(x + 0.5) * step.x, (y + 0.5) * step.y, (z + 0.5) * step.z};
+        if (queries.IsInside(p)) ++inside[static_cast<size_t>(z)];
+      }
+    }
+  });
+  int64_t total = 0;
+  for (const int64_t count : inside) total += count;
+  return static_cast<double>(total) * step.x * step.y * step.z;
+}
+
+double GuessEdgeLength(const WantedSize& wanted, const Box3d& box, const HullQueries& queries,
+                       RunContext& run) {
+  if (wanted.edge_length > 0) return wanted.edge_length;
+  const double volume = CountVolume(box, queries, run);
+  const int64_t cells = wanted.cell_count > 0 ? wanted.cell_count : kMaxDefaultCellCount;
+  // A solid too thin for the counting grid still gets a usable length.
+  const double least = box.Diagonal() * box.Diagonal() * box.Diagonal() * 1e-4;
+  return std::cbrt(std::max(volume, least) / static_cast<double>(cells));
+}
+
+double AreaOf(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) {
+    area += Norm(DoubleAreaVector(mesh.vertices[static_cast<size_t>(t[0])],
+                                  mesh.vertices[static_cast<size_t>(t[1])],
+                                  mesh.vertices[static_cast<size_t>(t[2])])) /
+            2;
+  }
+  return area;
+}
+
+Box3d BoxOf(const std::vector<Vec3d>& points) {
+  Box3d box;
+  for (const Vec3d& p : points) box.Extend(p);
+  return box;
+}
+
+// Leaves out components that could hold no cell.
+absl::StatusOr<ClosedSurface> KeepPieces(TriangleMesh mesh, double edge_length) {
+  ClosedSurface surface;
+  const Components components = FindComponents(FindEdgeAdjacency(mesh));
+  const std::vector<double> volumes = ComponentVolumes(mesh, components);
+  const double least = kSmallestPieceCells * edge_length * edge_length * edge_length;
+  int64_t dropped = 0;
+  for (const double volume : volumes) dropped += std::abs(volume) < least;
+  size_t kept = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto component = static_cast<size_t>(components.of_triangle[t]);
+    if (std::abs(volumes[component]) >= least) mesh.triangles[kept++] = mesh.triangles[t];
+  }
+  mesh.triangles.resize(kept);
+  DropUnusedVertices(mesh);
+  if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
+  if (dropped > 0) {
+    surface.warnings.push_back(
+        absl::StrCat("pieces too small for half a cell, left out: ", dropped));
+  }
+  surface.mesh = std::move(mesh);
+  return surface;
+}
+
+// The solid of a triangle soup: its winding number jumps at the triangles.
+class SoupField : public SurfaceField {
+ public:
+  explicit SoupField(const HullQueries& queries) : queries_(queries) {}
+  double Value(const Vec3d& p) const override { return 0.5 - queries_.WindingNumber(p); }
+  Vec3d Normal(const Vec3d& p, double spacing) const override {
+    // At a triangle its normal; in an opening the slope of the winding number.
+    const HullPoint closest = queries_.Closest(p, kAtTriangle * spacing);
+    if (closest.triangle >= 0) {
+      const Vec3d probe = closest.normal * (2 * kAtTriangle * spacing);
+      const bool looks_outward = Value(p + probe) >= Value(p - probe);
+      return looks_outward ? closest.normal : -closest.normal;
+    }
+    const double step = spacing / 4;
+    const auto slope = [&](const Vec3d& d) { return Value(p + d) - Value(p - d); };
+    return Normalized(Vec3d{slope({step, 0, 0}), slope({0, step, 0}), slope({0, 0, step})});
+  }
+
+ private:
+  static constexpr double kAtTriangle = 0.02;  // grid cells
+  const HullQueries& queries_;
+};
+
+// Points of the triangles no farther apart than a grid cell.
+std::vector<Vec3d> SeedsOn(const TriangleMesh& mesh, double spacing) {
+  std::vector<Vec3d> seeds;
+  for (const auto& t : mesh.triangles) {
+    const Vec3d& a = mesh.vertices[static_cast<size_t>(t[0])];
+    const Vec3d& b = mesh.vertices[static_cast<size_t>(t[1])];
+    const Vec3d& c = mesh.vertices[static_cast<size_t>(t[2])];
+    const double longest = std::max({Norm(b - a), Norm(c - b), Norm(a - c)});
+    const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
+    for (int i = 0; i <= n; ++i) {
+      for (int j = 0; i + j <= n; ++j) {
+        seeds.push_back(a + (b - a) * (static_cast<double>(i) / n) +
+                        (c - a) * (static_cast<double>(j) / n));
+      }
+    }
+  }
+  return seeds;
+}
+
+}  // namespace
+
+absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
+                                               RunContext& run) {
+  std::vector<std::string> warnings;
+  AMHEX_ASSIGN_OR_RETURN(CloudSamples samples, PrepareCloud(cloud, run, warnings));
+  const CloudField field(std::move(samples));
+  const CloudSamples& used = field.samples();
+  const Box3d box = BoxOf(used.position);
+  const double edge_length = GuessEdgeLength(wanted, box, field.discs(), run);
+  double area = 0;
+  std::vector<double> spacings = used.spacing;
+  for (const double s : spacings) area += s * s;
+  std::nth_element(spacings.begin(),
+                   spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2),
+                   spacings.end());
+  const double spacing =
+      std::max(std::clamp(spacings[spacings.size() / 2], edge_length / kFinestCells,
+                          edge_length / kCoarsestCells),
+               std::sqrt(area / kMostSurfaceCells));
+  AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh,
+                         ExtractLevel(GridAround(box, spacing), field, used.position, run));
+  AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
+  surface.warnings.insert(surface.warnings.begin(), warnings.begin(), warnings.end());
+  return surface;
+}
+
+absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const WantedSize& wanted,
+                                              RunContext& run) {
+  const HullQueries queries(soup.vertices, soup.triangles);
+  const Box3d box = BoxOf(soup.vertices);
+  const double edge_length = GuessEdgeLength(wanted, box, queries, run);
+  const double spacing =
+      std::max(edge_length / kSoupCells, std::sqrt(AreaOf(soup) / kMostSurfaceCells));
+  const SoupField field(queries);
+  AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh, ExtractLevel(GridAround(box, spacing), field,
+                                                         SeedsOn(soup, spacing), run));
+  return KeepPieces(std::move(mesh), edge_length);
+}
+
+}  // namespace amhex

@@ -1,0 +1,24 @@
+// Surfaces made anew where an input cannot be kept as it is: clouds and broken meshes.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "amhex/input_hull.h"
+#include "amhex/run_context.h"
+#include "input/close_mesh.h"
+
+namespace amhex {
+
+// Both return a closed two-manifold around the places whose winding number exceeds one half, in
+// grid cells of at most h / 2.5, h the wanted edge length; pieces that could not hold half a cell
+// are left out. Inputs are in a frame whose box diagonal is about 1. INVALID_ARGUMENT if nothing
+// is enclosed.
+
+// Appendix B: the cloud's samples, smooth between them.
+absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
+                                               RunContext& run);
+
+// Any soup; triangles are taken to be oriented as far as they can be.
+absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const WantedSize& wanted,
+                                              RunContext& run);
+
+}  // namespace amhex
