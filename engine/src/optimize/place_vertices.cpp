@@ -14,7 +14,7 @@ namespace {
 
 // Quality that projection may cost a cell, round by round: the first rounds leave what would hurt
 // to later ones, when the neighbours have made room.
-constexpr std::array<double, 6> kProjectionFloors = {0.4, 0.4, 0.3, 0.3, 0.2, 0.1};
+constexpr std::array<double, 8> kProjectionFloors = {0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1};
 // After this round, creases and corners that are farther than kUnreached are given up.
 constexpr size_t kWeakenAfterRound = 3;
 constexpr double kUnreached = 0.02;  // edge lengths

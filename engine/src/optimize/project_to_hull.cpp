@@ -1,13 +1,19 @@
 #include "optimize/project_to_hull.h"
 
 #include <algorithm>
+#include <array>
 
 namespace amhex {
 namespace {
 
 // Offsets below this many edge lengths are on the hull but for rounding.
 constexpr double kOnHull = 1e-9;
-constexpr int kFractionCount = 4;
+// Shares of the way to the hull that are tried, in this order.
+constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
+// A move may cost a neighbourhood this share of its worst quality at once, even below the round's
+// floor, but never lead below kLowestFloor; the sweeps between the rounds regain it.
+constexpr double kAllowedShare = 0.75;
+constexpr double kLowestFloor = 0.1;
 
 void ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
@@ -16,10 +22,11 @@ void ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const Vec3d target = Constrain(constraint, start, placement.features).point;
   if (Norm(target - start) < kOnHull) return;
   MoveJudge judge(placement, v);
-  for (int quarters = kFractionCount; quarters > 0; --quarters) {
-    const double fraction = static_cast<double>(quarters) / kFractionCount;
-    const Vec3d place = quarters == kFractionCount ? target : start + (target - start) * fraction;
-    if (judge.Permits(judge.Try(place), quality_floor)) {
+  const double floor =
+      std::min(quality_floor, std::max(kLowestFloor, kAllowedShare * judge.score().minimum));
+  for (const double fraction : kFractions) {
+    const Vec3d place = fraction == 1.0 ? target : start + (target - start) * fraction;
+    if (judge.Permits(judge.Try(place), floor)) {
       placement.complex.vertices[v] = place;
       return;
     }

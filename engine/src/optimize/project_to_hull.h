@@ -7,8 +7,9 @@
 
 namespace amhex {
 
-// One pass: every hull vertex moves towards its constraint's nearest point, as far (in quarters of
-// the way) as the rules of MoveJudge allow with `quality_floor`.
+// One pass: every hull vertex moves towards its constraint's nearest point, as far as the rules of
+// MoveJudge allow. No neighbourhood falls below all of: its old minimum, `quality_floor`, and the
+// larger of 0.1 and three quarters of its old minimum.
 absl::Status ProjectToHull(Placement& placement, double quality_floor, const RunContext& run);
 
 // Vertices farther than `tolerance` edge lengths from their crease or corner get the next weaker

@@ -97,9 +97,9 @@ TEST(PlaceVertices, PutsACubeOfHexahedraOntoASphere) {
   const ValidationReport report = ValidateMesh(mesh);
   EXPECT_TRUE(report.valid()) << report.Summary();
   const MeshStatistics statistics = MeasureMesh(mesh, hull);
-  // Chords of length 1 to 1.5 on a sphere of radius 3.5 sag by 0.08; the eight corners of the grid,
-  // where three quads meet flatly, sag most.
-  EXPECT_LT(statistics.mesh_to_input_max * hull.box.Diagonal(), 0.15);
+  // A quad's centre sags by 0.07 where the quads are square with an edge of 1 on the radius of 3.5;
+  // at the grid's eight corners, where three quads meet flatly, their long diagonals sag most.
+  EXPECT_LT(statistics.mesh_to_input_max * hull.box.Diagonal(), 0.2);
   EXPECT_GT(statistics.min_scaled_jacobian, 0.3);
 }
 

@@ -1,0 +1,17 @@
+// The last stage but one: vertices to their places, poor cells replaced, vertices again.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "amhex/params.h"
+#include "amhex/run_context.h"
+#include "assembly/cell_complex.h"
+#include "input/hull.h"
+
+namespace amhex {
+
+// Alternates PlaceVertices (geometry) and ImproveClosure (topology) a fixed number of times. The
+// complex must be closed and stays so. Errors: CANCELLED, DEADLINE_EXCEEDED.
+absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
+                                        const MeshingParams& params, RunContext& run);
+
+}  // namespace amhex
