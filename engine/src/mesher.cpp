@@ -1,0 +1,107 @@
+#include "amhex/mesher.h"
+
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "assembly/assemble.h"
+#include "backends.h"
+#include "base/status_macros.h"
+#include "closure/close_complex.h"
+#include "fields/field_sites.h"
+#include "geometry/match_and_merge.h"
+#include "input/build_hull.h"
+#include "input/sample_hull.h"
+#include "input/site_grid.h"
+#include "optimize/improve_mesh.h"
+#include "output/finalize_mesh.h"
+#include "output/mesh_statistics.h"
+#include "output/validate.h"
+#include "relax/relaxation.h"
+#include "stage.h"
+#include "topology/extract_topology.h"
+
+namespace amhex {
+namespace {
+
+absl::StatusOr<Sites> Populate(const Hull& hull, const HullSamples& samples,
+                               const MeshingParams& params, RunContext& run) {
+  if (params.relaxation.initialization == Initialization::kField) {
+    return PopulateFromFields(hull, samples, params, run);
+  }
+  return PopulateGrid(hull, samples, params, run);
+}
+
+// The law, checked by code that knows nothing of how the mesh was made.
+absl::StatusOr<MeshingResult> Judge(const CellComplex& complex, const Hull& hull) {
+  MeshingResult result;
+  result.mesh = FinalizeMesh(complex, hull.frame);
+  const ValidationReport report = ValidateMesh(result.mesh);
+  if (!report.valid()) {
+    return absl::InternalError(
+        absl::StrCat("no valid mesh was found: ", report.Summary(), "; try another cell count"));
+  }
+  result.statistics = MeasureMesh(result.mesh, hull);
+  result.warnings = hull.warnings;
+  return result;
+}
+
+MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend backend) {
+  MeshingParams effective = params;
+  effective.sizing.cell_count = 0;
+  effective.sizing.edge_length = hull.frame.scale;
+  effective.run.backend = backend;
+  return effective;
+}
+
+}  // namespace
+
+absl::StatusOr<MeshingResult> Mesh(const InputHull& input, const MeshingParams& params,
+                                   RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(Validate(params));
+  AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
+  const size_t threads = params.run.thread_count > 0
+                             ? static_cast<size_t>(params.run.thread_count)
+                             : static_cast<size_t>(oneapi::tbb::info::default_concurrency());
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          threads);
+
+  AMHEX_ASSIGN_OR_RETURN(const Hull hull, GuardStage(run, Stage::kCheckInput, [&] {
+                           return BuildHull(input, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const HullSamples samples, GuardStage(run, Stage::kSampleHull, [&] {
+                           return SampleHull(hull, params.input, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(Sites sites, GuardStage(run, Stage::kPopulate, [&] {
+                           return Populate(hull, samples, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const Sites relaxed, GuardStage(run, Stage::kRelax, [&] {
+                           return RelaxSites(hull, samples, std::move(sites), params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const MergedCubes cubes, GuardStage(run, Stage::kMatchAndMerge, [&] {
+                           return MatchAndMerge(relaxed, hull, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const PrimitiveTable primitives,
+                         GuardStage(run, Stage::kExtractTopology,
+                                    [&] { return ExtractTopology(cubes, params, run); }));
+  AMHEX_ASSIGN_OR_RETURN(const CellComplex assembled, GuardStage(run, Stage::kAssemble, [&] {
+                           return AssembleCells(primitives, cubes, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const CellComplex closed, GuardStage(run, Stage::kClose, [&] {
+                           return CloseComplex(assembled, hull, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(const CellComplex improved, GuardStage(run, Stage::kPlaceVertices, [&] {
+                           return ImproveMesh(closed, hull, params, run);
+                         }));
+  AMHEX_ASSIGN_OR_RETURN(MeshingResult result,
+                         GuardStage(run, Stage::kValidate, [&] { return Judge(improved, hull); }));
+  result.stages = run.stage_reports();
+  result.effective_params = Resolve(params, hull, backend.backend);
+  result.backend_note = backend.note;
+  return result;
+}
+
+}  // namespace amhex
