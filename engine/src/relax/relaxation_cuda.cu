@@ -1,0 +1,81 @@
+// The relaxation on a CUDA device: the template of relaxation_impl.h over the CUDA executor, behind
+// the two functions of cuda_interface.h. The whole of libamhex_engine_cuda.so.
+#include <cuda_runtime.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include "exec/cuda_executor.cuh"
+#include "relax/cuda_interface.h"
+#include "relax/relaxation_impl.h"
+
+namespace amhex {
+namespace {
+
+void Write(const char* message, char* text, size_t capacity) {
+  if (capacity > 0) std::snprintf(text, capacity, "%s", message);
+}
+
+// The first device; a process that should use another one sets CUDA_VISIBLE_DEVICES.
+CudaResult Describe(char* text, size_t capacity) {
+  int count = 0;
+  const cudaError_t code = cudaGetDeviceCount(&count);
+  if (code != cudaSuccess || count == 0) {
+    cudaGetLastError();
+    Write(code == cudaSuccess ? "there is no CUDA device" : cudaGetErrorString(code), text,
+          capacity);
+    return CudaResult::kNoDevice;
+  }
+  cudaDeviceProp properties;
+  CheckCuda(cudaGetDeviceProperties(&properties, 0), "ask for the device's properties");
+  std::snprintf(text, capacity, "cuda (%s, compute capability %d.%d, %.0f GiB)", properties.name,
+                properties.major, properties.minor,
+                static_cast<double>(properties.totalGlobalMem) / (1 << 30));
+  return CudaResult::kDone;
+}
+
+// Runs `step` and turns what it throws into a result and a text.
+template <class Step>
+CudaResult Guard(char* text, size_t capacity, const Step& step) {
+  try {
+    return step();
+  } catch (const CudaError& error) {
+    Write(error.what(), text, capacity);
+    return error.is_out_of_memory() ? CudaResult::kOutOfMemory : CudaResult::kFailed;
+  } catch (const std::bad_alloc&) {
+    Write("not enough host memory beside the device's", text, capacity);
+    return CudaResult::kOutOfMemory;
+  } catch (const std::exception& error) {
+    Write(error.what(), text, capacity);
+    return CudaResult::kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace amhex
+
+extern "C" {
+
+__attribute__((visibility("default"))) amhex::CudaResult AmhexDescribeCuda(char* text,
+                                                                           size_t capacity) {
+  return amhex::Guard(text, capacity, [&] { return amhex::Describe(text, capacity); });
+}
+
+__attribute__((visibility("default"))) amhex::CudaResult AmhexRelaxOnCuda(
+    amhex::RelaxationTask* task, char* text, size_t capacity) {
+  return amhex::Guard(text, capacity, [&] {
+    const amhex::CudaResult device = amhex::Describe(text, capacity);
+    if (device != amhex::CudaResult::kDone) return device;
+    amhex::CudaExecutor executor(task->should_stop);
+    const amhex::RelaxationOutcome outcome =
+        amhex::Relaxation<amhex::CudaExecutor>(executor, *task).Run();
+    return outcome == amhex::RelaxationOutcome::kStopped ? amhex::CudaResult::kStopped
+                                                         : amhex::CudaResult::kDone;
+  });
+}
+
+}  // extern "C"
