@@ -9,6 +9,8 @@
 #include "assembly/conflict.h"
 #include "assembly/initial_mesh.h"
 #include "assembly/open_faces.h"
+#include "base/status_macros.h"
+#include "topology/primitives.h"
 
 namespace amhex {
 namespace {
@@ -57,7 +59,7 @@ class Assembler {
   absl::Status Run() {
     Criteria criteria;
     while (criteria.type > 0 && !waiting_.empty()) {
-      if (absl::Status status = context_.CheckStop(); !status.ok()) return status;
+      AMHEX_RETURN_IF_ERROR(context_.CheckStop());
       if (AddBest(Select(criteria), criteria) > 0) {
         criteria.Reset();
       } else {
@@ -161,23 +163,22 @@ CellComplex BuildComplex(const PrimitiveTable& table, const MergedCubes& cubes,
 
 absl::StatusOr<CellComplex> AssembleCells(const PrimitiveTable& table, const MergedCubes& cubes,
                                           const MeshingParams& params, RunContext& context) {
-  if (absl::Status status = context.CheckStop(); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(context.CheckStop());
   OpenFaces mesh(table);
   AddWithoutSharedHalfFaces(table, &mesh);
+  AMHEX_RETURN_IF_ERROR(context.CheckStop());
   ConflictFinder conflicts(table, cubes.vertices, PrimitivesToAskAbout(table, mesh));
   for (int32_t i = 0; i < table.initial_count; ++i) {
     if (mesh.IsInMesh(i)) conflicts.Add(i);
   }
-  if (absl::Status status = RemoveOverlaps(table, context, &mesh, &conflicts); !status.ok()) {
-    return status;
-  }
-  if (absl::Status status = Assembler(table, params, context, &mesh, &conflicts).Run();
-      !status.ok()) {
-    return status;
-  }
+  AMHEX_RETURN_IF_ERROR(RemoveOverlaps(table, context, &mesh, &conflicts));
+  AMHEX_RETURN_IF_ERROR(Assembler(table, params, context, &mesh, &conflicts).Run());
   CellComplex complex = BuildComplex(table, cubes, mesh);
   Progress progress = context.progress();
   progress.cell_count = static_cast<int64_t>(complex.cells.size());
+  progress.hexahedron_count =
+      std::count_if(complex.cells.begin(), complex.cells.end(),
+                    [](const CellCorners& cell) { return VerticesOf(cell).count == 8; });
   context.Report(progress);
   return complex;
 }

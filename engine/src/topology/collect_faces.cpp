@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/status_macros.h"
 #include "topology/face_loops.h"
 #include "topology/penta_loops.h"
 
@@ -19,7 +20,7 @@ double Length(const VertexPair& edge, const std::vector<Vec3d>& vertices) {
 absl::Status AppendPentaLoopEdges(const EdgeNetwork& network, const std::vector<Vec3d>& vertices,
                                   const RunContext& context, std::vector<VertexPair>* edges) {
   std::vector<PentaLoop> loops;
-  if (absl::Status status = FindPentaLoops(network, context, &loops); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(FindPentaLoops(network, context, &loops));
   for (const PentaLoop& loop : loops) {
     const std::array<VertexPair, 5> interior = InteriorEdges(loop);
     const bool is_too_wide = std::any_of(interior.begin(), interior.end(), [&](const auto& edge) {
@@ -41,23 +42,20 @@ absl::StatusOr<std::vector<CellFace>> CollectFaces(const std::vector<Vec3d>& ver
   };
   EdgeNetwork network = EdgeNetwork::Build(vertex_count, edges);
   std::vector<CellFace> quads;
-  if (absl::Status status = FindQuads(network, context, &quads); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(FindQuads(network, context, &quads));
   std::vector<VertexPair> added;
   for (const CellFace& quad : quads) {
     if (is_badly_shaped(quad)) added.push_back(ShortestDiagonal(quad, vertices));
   }
-  if (absl::Status status = AppendPentaLoopEdges(network, vertices, context, &added);
-      !status.ok()) {
-    return status;
-  }
+  AMHEX_RETURN_IF_ERROR(AppendPentaLoopEdges(network, vertices, context, &added));
   if (!added.empty()) {
     added.insert(added.end(), edges.begin(), edges.end());
     network = EdgeNetwork::Build(vertex_count, added);
     quads.clear();
-    if (absl::Status status = FindQuads(network, context, &quads); !status.ok()) return status;
+    AMHEX_RETURN_IF_ERROR(FindQuads(network, context, &quads));
   }
   std::vector<CellFace> faces;
-  if (absl::Status status = FindTriangles(network, context, &faces); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(FindTriangles(network, context, &faces));
   quads.erase(std::remove_if(quads.begin(), quads.end(), is_badly_shaped), quads.end());
   faces.insert(faces.end(), quads.begin(), quads.end());
   return faces;

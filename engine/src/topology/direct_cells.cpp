@@ -1,5 +1,6 @@
 #include "topology/direct_cells.h"
 
+#include "base/status_macros.h"
 #include "optimize/cell_pattern.h"
 #include "optimize/cell_quality.h"
 #include "topology/parallel_blocks.h"
@@ -16,7 +17,7 @@ absl::StatusOr<std::vector<Primitive>> FindDirectCells(const MergedCubes& cubes,
                                                        const MeshingParams& params,
                                                        const RunContext& context) {
   std::vector<Primitive> primitives;
-  const absl::Status status = CollectFromBlocks(
+  AMHEX_RETURN_IF_ERROR(CollectFromBlocks(
       static_cast<int64_t>(cubes.corners.size()), kCubesPerBlock, context, &primitives,
       [&](int64_t begin, int64_t end, std::vector<Primitive>* found) {
         for (int64_t i = begin; i < end; ++i) {
@@ -31,8 +32,7 @@ absl::StatusOr<std::vector<Primitive>> FindDirectCells(const MergedCubes& cubes,
           primitive.quality = quality;
           found->push_back(primitive);
         }
-      });
-  if (!status.ok()) return status;
+      }));
   return primitives;
 }
 

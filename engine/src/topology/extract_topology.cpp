@@ -5,11 +5,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/status_macros.h"
 #include "optimize/cell_quality.h"
 #include "topology/collect_faces.h"
 #include "topology/direct_cells.h"
 #include "topology/face_complex.h"
 #include "topology/leftovers.h"
+#include "topology/parallel_blocks.h"
 #include "topology/primitive_search.h"
 
 namespace amhex {
@@ -19,6 +21,7 @@ namespace {
 constexpr double kInitialQuality = 0.5;
 // Listing 3 never goes below two closed faces, so others need not be kept.
 constexpr int kFewestClosedFaces = 2;
+constexpr int64_t kPrimitivesPerBlock = 4096;
 
 absl::Status CheckShapes(const MergedCubes& cubes) {
   const size_t cube_count = cubes.corners.size();
@@ -38,15 +41,22 @@ absl::Status CheckShapes(const MergedCubes& cubes) {
 }
 
 // Builds the face table of the primitives and marks the hull.
-void IndexFaces(const MergedCubes& cubes, PrimitiveTable* table) {
+absl::Status IndexFaces(const MergedCubes& cubes, const RunContext& context,
+                        PrimitiveTable* table) {
+  AMHEX_RETURN_IF_ERROR(context.CheckStop());
   std::vector<CellFace> faces;
   faces.reserve(6 * table->primitives.size());
   for (const Primitive& primitive : table->primitives) {
     for (const CellFace& face : FacesOf(primitive.corners)) faces.push_back(face);
   }
   table->faces = FaceTable::Build(static_cast<int32_t>(cubes.vertices.size()), faces);
-  for (Primitive& primitive : table->primitives) LookUpHalfFaces(table->faces, &primitive);
+  const auto count = static_cast<int64_t>(table->primitives.size());
+  const auto look_up = [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) LookUpHalfFaces(table->faces, &table->primitives[i]);
+  };
+  AMHEX_RETURN_IF_ERROR(ForEachBlock(count, kPrimitivesPerBlock, context, look_up));
   table->on_hull = MarkHullFaces(cubes, table->faces);
+  return context.CheckStop();
 }
 
 // The found primitive the right way round, or nullopt if it is not good enough either way.
@@ -71,15 +81,14 @@ absl::StatusOr<std::vector<Primitive>> SearchAll(const FaceComplex& complex,
   Progress progress = context.progress();
   for (size_t i = 0; i < kPrimitiveTypes.size(); ++i) {
     std::vector<FoundPrimitive> found;
-    if (absl::Status status = FindPrimitives(complex, kPrimitiveTypes[i], context, &found);
-        !status.ok()) {
-      return status;
-    }
-    for (const FoundPrimitive& candidate : found) {
-      if (auto primitive = Judge(candidate, vertices, min_quality)) {
-        primitives.push_back(*primitive);
+    AMHEX_RETURN_IF_ERROR(FindPrimitives(complex, kPrimitiveTypes[i], context, &found));
+    const auto judge = [&](int64_t begin, int64_t end, std::vector<Primitive>* good) {
+      for (int64_t j = begin; j < end; ++j) {
+        if (auto primitive = Judge(found[j], vertices, min_quality)) good->push_back(*primitive);
       }
-    }
+    };
+    AMHEX_RETURN_IF_ERROR(CollectFromBlocks(static_cast<int64_t>(found.size()), kPrimitivesPerBlock,
+                                            context, &primitives, judge));
     progress.stage_fraction = double(i + 1) / kPrimitiveTypes.size();
     context.Report(progress);
   }
@@ -89,55 +98,56 @@ absl::StatusOr<std::vector<Primitive>> SearchAll(const FaceComplex& complex,
 // The default: direct cells first, then the search among what they leave over.
 absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const MeshingParams& params,
                                              RunContext& context) {
-  auto direct = FindDirectCells(cubes, params, context);
-  if (!direct.ok()) return direct.status();
+  AMHEX_ASSIGN_OR_RETURN(auto direct, FindDirectCells(cubes, params, context));
   PrimitiveTable table;
-  table.primitives = *std::move(direct);
+  table.primitives = std::move(direct);
   table.initial_count = static_cast<int32_t>(table.primitives.size());
-  IndexFaces(cubes, &table);
+  AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   const Leftovers leftovers(cubes, table);
   if (leftovers.IsEmpty()) return table;
 
-  auto loops = CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context);
-  if (!loops.ok()) return loops.status();
+  AMHEX_ASSIGN_OR_RETURN(
+      auto loops,
+      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context));
   std::vector<CellFace> faces = leftovers.UnsettledFaces();
-  for (const CellFace& face : *loops) {
+  for (const CellFace& face : loops) {
     if (!leftovers.IsSettled(face)) faces.push_back(face);
   }
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
   const auto complex =
       FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
-  auto found = SearchAll(complex, cubes.vertices, params.assembly.min_quality, context);
-  if (!found.ok()) return found.status();
+  AMHEX_ASSIGN_OR_RETURN(auto found,
+                         SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
   const size_t direct_count = table.primitives.size();
-  for (const Primitive& primitive : *found) {
+  for (const Primitive& primitive : found) {
     if (leftovers.Fits(primitive.corners, kFewestClosedFaces)) {
       table.primitives.push_back(primitive);
     }
   }
-  if (table.primitives.size() > direct_count) IndexFaces(cubes, &table);
+  if (table.primitives.size() == direct_count) return table;
+  AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   return table;
 }
 
 // As the paper does it: everything is found by graph search.
 absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const MeshingParams& params,
                                           RunContext& context) {
-  auto faces = CollectFaces(cubes.vertices, CollectCubeEdges(cubes, {}), context);
-  if (!faces.ok()) return faces.status();
+  AMHEX_ASSIGN_OR_RETURN(auto faces,
+                         CollectFaces(cubes.vertices, CollectCubeEdges(cubes, {}), context));
   const auto complex =
-      FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), *std::move(faces));
-  auto found = SearchAll(complex, cubes.vertices, params.assembly.min_quality, context);
-  if (!found.ok()) return found.status();
+      FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
+  AMHEX_ASSIGN_OR_RETURN(auto found,
+                         SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
   PrimitiveTable table;
-  table.primitives = *std::move(found);
+  table.primitives = std::move(found);
   const auto is_initial = [](const Primitive& primitive) {
     return primitive.type == PrimitiveType::kHexahedron && primitive.quality > kInitialQuality;
   };
   const auto pool =
       std::stable_partition(table.primitives.begin(), table.primitives.end(), is_initial);
   table.initial_count = static_cast<int32_t>(pool - table.primitives.begin());
-  IndexFaces(cubes, &table);
+  AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   return table;
 }
 
@@ -145,7 +155,7 @@ absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const Meshin
 
 absl::StatusOr<PrimitiveTable> ExtractTopology(const MergedCubes& cubes,
                                                const MeshingParams& params, RunContext& context) {
-  if (absl::Status status = CheckShapes(cubes); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(CheckShapes(cubes));
   return params.assembly.extraction == Extraction::kPaper ? ExtractAll(cubes, params, context)
                                                           : ExtractDirect(cubes, params, context);
 }

@@ -1,6 +1,7 @@
 #include "assembly/assemble.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <random>
 #include <set>
@@ -191,6 +192,19 @@ TEST(Assembly, ADirectAssemblyNeverOpensMoreFacesThanTheSearchFound) {
     ASSERT_TRUE(before.ok() && after.ok());
     EXPECT_LE(OpenFacesOf(*after).size(), OpenFacesOf(*before).size());
     EXPECT_GE(after->cells.size(), before->cells.size());
+  }
+}
+
+TEST(Assembly, DoesNotDependOnTheNumberOfThreads) {
+  for (const Extraction extraction : {Extraction::kDirect, Extraction::kPaper}) {
+    const MergedCubes grid = JitteredGrid(3);
+    std::vector<CellComplex> complexes;
+    for (const size_t threads : {1, 4}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      complexes.push_back(Assembled(grid, ParamsFor(extraction)));
+    }
+    EXPECT_EQ(complexes[0].cells, complexes[1].cells);
+    EXPECT_EQ(complexes[0].hull_faces, complexes[1].hull_faces);
   }
 }
 
