@@ -108,10 +108,10 @@ absl::Status WriteError(const std::string& path, int error) {
 
 }  // namespace
 
-absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format) {
+absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format, double tolerance) {
   switch (format) {
     case HullFormat::kDraco: {
-      AMHEX_ASSIGN_OR_RETURN(DracoEncoding encoding, EncodeDraco(hull, 0));
+      AMHEX_ASSIGN_OR_RETURN(DracoEncoding encoding, EncodeDraco(hull, tolerance));
       return std::move(encoding.bytes);
     }
     case HullFormat::kPly:
@@ -126,13 +126,13 @@ absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format)
   return absl::InternalError("unknown output format");
 }
 
-absl::Status WriteHullFile(const InputHull& hull, const std::string& path) {
+absl::Status WriteHullFile(const InputHull& hull, const std::string& path, double tolerance) {
   const std::optional<HullFormat> format = HullFormatOfPath(path);
   if (!format) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": unknown extension; surfaces and clouds are written to ", kHullExtensions));
   }
-  AMHEX_ASSIGN_OR_RETURN(const std::string bytes, FormatHull(hull, *format));
+  AMHEX_ASSIGN_OR_RETURN(const std::string bytes, FormatHull(hull, *format, tolerance));
   return WriteWholeFile(path, bytes);
 }
 

@@ -12,11 +12,12 @@ namespace amhex::client {
 
 // The file's bytes. `.drc` and `.ply` keep clouds with normals; `.stl` is binary and holds
 // surfaces only (INVALID_ARGUMENT for clouds). `.ply` is binary little-endian with 64-bit
-// coordinates; `.drc` is encoded without loss.
-absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format);
+// coordinates; in `.drc` no position moves by more than `tolerance`.
+absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format,
+                                       double tolerance = 0);
 
 // Writes by extension. The file appears whole or not at all.
-absl::Status WriteHullFile(const InputHull& hull, const std::string& path);
+absl::Status WriteHullFile(const InputHull& hull, const std::string& path, double tolerance = 0);
 
 // Writes `bytes` to a file beside `path` and renames it, so that nobody sees half a file.
 // Errors name the path and the system's reason.

@@ -1,0 +1,52 @@
+// Shows on stderr where a job stands: one live line on a terminal, plain lines elsewhere.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "amhex/v1/job.pb.h"
+#include "amhex/v1/meshing_service.pb.h"
+
+namespace amhex::client {
+
+class ProgressDisplay {
+ public:
+  enum class Style { kSilent, kPlain, kLive };
+
+  // Live on a terminal, else plain.
+  static Style StyleOfStderr();
+
+  explicit ProgressDisplay(Style style) : style_(style), begin_(absl::Now()) {}
+  ~ProgressDisplay() { Clear(); }
+
+  void OnFrame(const amhex::v1::WatchJobResponse& frame);
+  void OnTransfer(const char* what, int64_t done, int64_t total);
+  // A line that stays.
+  void Say(const std::string& line);
+  // Removes the live line.
+  void Clear();
+
+ private:
+  void OnJob(const amhex::v1::Job& job);
+  void OnProgress(const amhex::v1::Progress& progress);
+  void OnStage(const amhex::v1::StageReport& report);
+  void Live(const std::string& line);
+
+  Style style_;
+  absl::Time begin_;
+  absl::Time last_plain_ = absl::InfinitePast();
+  amhex::v1::Stage plain_stage_ = amhex::v1::STAGE_UNSPECIFIED;
+  amhex::v1::Job::State state_ = amhex::v1::Job::STATE_UNSPECIFIED;
+  int32_t attempt_ = 0;
+  bool live_line_shown_ = false;
+};
+
+// "match and merge" for STAGE_MATCH_AND_MERGE.
+std::string StageWords(amhex::v1::Stage stage);
+
+// "iteration 60/150, movement 0.012, 9512 cells, 93.1 % hexahedra": what is known yet.
+std::string DescribeProgress(const amhex::v1::Progress& progress);
+
+}  // namespace amhex::client

@@ -1,0 +1,162 @@
+#include "cli/shared_flags.h"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "cli/exit_codes.h"
+#include "formats/hull_writer.h"
+#include "formats/mesh_file.h"
+
+namespace amhex::client {
+namespace {
+
+namespace v1 = amhex::v1;
+
+bool Given(const CLI::App& command, const char* flag) { return command.count(flag) > 0; }
+
+absl::Status CheckFolderOf(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  if (folder.empty() || std::filesystem::is_directory(folder, error)) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat(path, ": the folder ", folder.string(), " does not exist"));
+}
+
+}  // namespace
+
+void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice) {
+  auto* server =
+      command->add_option("--server", choice->address, "Server's address, host:port or unix:/path");
+  server->envname("AMHEX_SERVER");
+  command
+      ->add_option("--patience", choice->patience_seconds,
+                   "Seconds to keep trying while the server cannot be reached")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->capture_default_str();
+  if (local_servers == LocalServers::kAllowed) {
+    // An address from the environment does not count against --local.
+    command->add_flag("--local", choice->local,
+                      "Start a private server for this command; the default without a server");
+  } else {
+    server->required();
+  }
+}
+
+void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
+  auto* cells = command->add_option("--cells", flags->cells, "Wanted number of cells");
+  cells->check(CLI::PositiveNumber);
+  command->add_option("--edge-length", flags->edge_length, "Wanted edge length, in model units")
+      ->check(CLI::PositiveNumber)
+      ->excludes(cells);
+  command->add_option("--backend", flags->backend, "Where to compute")
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}));
+  command->add_option("--threads", flags->threads, "Threads; 0 = all cores");
+  command->add_option("--seed", flags->seed, "Seed of every random choice");
+  command->add_option("--sharp-angle", flags->sharp_angle,
+                      "Degrees from which on an edge of the input is kept sharp");
+  command->add_option("--min-quality", flags->min_quality,
+                      "Least scaled Jacobian of accepted primitives");
+  command->add_option("--initialization", flags->initialization, "Where sites come from")
+      ->check(CLI::IsMember({"field", "grid", "jittered_grid"}));
+  command->add_option("--iterations", flags->iterations, "Relaxation iterations; -1 = by start");
+  command->add_option("--memory-limit", flags->memory_limit_bytes, "Bytes the engine may use");
+  command->add_option("--time-limit", flags->time_limit_seconds, "Seconds the job may run")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--priority", flags->priority, "Place in the queue, lower is sooner")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+}
+
+v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags) {
+  v1::MeshingParams params;
+  if (Given(command, "--cells")) params.mutable_sizing()->set_cell_count(flags.cells);
+  if (Given(command, "--edge-length")) {
+    params.mutable_sizing()->set_edge_length(flags.edge_length);
+  }
+  if (Given(command, "--sharp-angle")) {
+    params.mutable_input()->set_sharp_angle_degrees(flags.sharp_angle);
+  }
+  if (flags.initialization == "field") {
+    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_FIELD);
+  } else if (flags.initialization == "grid") {
+    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_GRID);
+  } else if (flags.initialization == "jittered_grid") {
+    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_JITTERED_GRID);
+  }
+  if (Given(command, "--iterations")) {
+    params.mutable_relaxation()->set_iteration_count(flags.iterations);
+  }
+  if (Given(command, "--min-quality")) {
+    params.mutable_assembly()->set_min_quality(flags.min_quality);
+  }
+  if (flags.backend == "auto") params.mutable_run()->set_backend(v1::BACKEND_AUTO);
+  if (flags.backend == "cpu") params.mutable_run()->set_backend(v1::BACKEND_CPU);
+  if (flags.backend == "cuda") params.mutable_run()->set_backend(v1::BACKEND_CUDA);
+  if (Given(command, "--threads")) params.mutable_run()->set_thread_count(flags.threads);
+  if (Given(command, "--seed")) params.mutable_run()->set_seed(flags.seed);
+  if (Given(command, "--memory-limit")) {
+    params.mutable_run()->set_memory_limit_bytes(flags.memory_limit_bytes);
+  }
+  return params;
+}
+
+void AddOutputFlags(CLI::App* command, OutputFlags* flags) {
+  command->add_option("-o,--output", flags->output, absl::StrCat("Mesh file: ", kMeshExtensions))
+      ->required();
+  command->add_option("--json", flags->json, "File for statistics, timings, parameters, warnings");
+  command->add_option("--picture", flags->picture, "PNG file for a picture of the mesh, cut open");
+  command->add_option("--cut", flags->cut, "Where to cut it: x, y or z, or as in y:0.3; none");
+  command->add_option("--size", flags->size, "The picture's size in pixels, as in 1200x900");
+}
+
+absl::Status CheckOutputs(const OutputFlags& flags) {
+  if (!MeshFormatOfPath(flags.output)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(flags.output, ": unknown extension; meshes are written to ", kMeshExtensions));
+  }
+  for (const std::string& path : {flags.output, flags.json, flags.picture}) {
+    if (path.empty()) continue;
+    if (const absl::Status status = CheckFolderOf(path); !status.ok()) return status;
+  }
+  return PictureOptionsFrom(flags.cut, flags.size, AtMostHexaMesh()).status();
+}
+
+absl::StatusOr<PictureOptions> PictureOptionsFrom(const std::string& cut, const std::string& size,
+                                                  const AtMostHexaMesh& mesh) {
+  PictureOptions options;
+  if (!size.empty()) {
+    if (const absl::Status status = ParseSize(size, &options); !status.ok()) return status;
+  }
+  if (cut == "none") return options;
+  if (cut.empty()) {
+    options.cut = DefaultCut(mesh);
+    return options;
+  }
+  const absl::StatusOr<Cut> parsed = ParseCut(cut);
+  if (!parsed.ok()) return parsed.status();
+  options.cut = *parsed;
+  return options;
+}
+
+int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh mesh) {
+  const MeshDocument document{std::move(mesh), FactsOfJob(job)};
+  absl::Status status = WriteMeshFile(document, flags.output);
+  if (!status.ok()) return Fail(status, kExitOutput);
+  std::printf("%s: %s", flags.output.c_str(), SummaryOf(job).c_str());
+  if (flags.picture.empty()) return kExitSuccess;
+  const auto options = PictureOptionsFrom(flags.cut, flags.size, document.mesh);
+  if (!options.ok()) return Fail(options.status(), kExitUsage);
+  const absl::StatusOr<Image> image = DrawMesh(document.mesh, *options);
+  status = image.ok() ? WritePng(*image, flags.picture) : image.status();
+  if (!status.ok()) return Fail(status, kExitOutput);
+  return kExitSuccess;
+}
+
+absl::Status WriteJson(const OutputFlags& flags, const v1::Job& job, const InputNote& input,
+                       double seconds) {
+  if (flags.json.empty()) return absl::OkStatus();
+  return WriteWholeFile(flags.json, JsonOf(job, input, seconds));
+}
+
+}  // namespace amhex::client

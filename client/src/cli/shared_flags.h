@@ -1,0 +1,53 @@
+// Flags that several subcommands have.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "amhex/v1/job.pb.h"
+#include "amhex/v1/params.pb.h"
+#include "amhex/volume_mesh.h"
+#include "cli/connection.h"
+#include "cli/report.h"
+#include "picture/mesh_picture.h"
+
+namespace amhex::client {
+
+// --server, --local (where `may_be_local`), --patience.
+enum class LocalServers { kForbidden, kAllowed };
+void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice);
+
+// Every meshing parameter that a user may want to set.
+struct ParameterFlags {
+  int64_t cells = 0;
+  double edge_length = 0;
+  std::string backend, initialization;
+  int iterations = -1;
+  double sharp_angle = 35, min_quality = 0.25, time_limit_seconds = 0;
+  int threads = 0, priority = 50;
+  int64_t seed = 1, memory_limit_bytes = 0;
+};
+void AddParameterFlags(CLI::App* command, ParameterFlags* flags);
+// Only what was given on the command line is set; the rest is the server's default.
+amhex::v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags);
+
+// -o, --json, --picture, --cut, --size.
+struct OutputFlags {
+  std::string output, json, picture, cut, size;
+};
+void AddOutputFlags(CLI::App* command, OutputFlags* flags);
+// Refuses early what could not be written later: unknown extensions, missing folders.
+absl::Status CheckOutputs(const OutputFlags& flags);
+// Writes mesh, picture and prints the summary.
+int WriteOutputs(const OutputFlags& flags, const amhex::v1::Job& job, AtMostHexaMesh mesh);
+// Writes the JSON file if one is wanted.
+absl::Status WriteJson(const OutputFlags& flags, const amhex::v1::Job& job, const InputNote& input,
+                       double seconds);
+
+// The options of a picture from --cut and --size; `default_cut` stands for an empty --cut.
+absl::StatusOr<PictureOptions> PictureOptionsFrom(const std::string& cut, const std::string& size,
+                                                  const AtMostHexaMesh& mesh);
+
+}  // namespace amhex::client
