@@ -1,0 +1,339 @@
+#include "blob_store.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "errors.h"
+
+namespace amhex::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kHashBlockBytes = 1 << 20;
+constexpr absl::Duration kUploadRetryDelay = absl::Seconds(2);
+
+// Hashes the first `size` bytes of an open file.
+absl::Status HashPrefix(int fd, int64_t size, Sha256* hash) {
+  std::vector<char> block(kHashBlockBytes);
+  for (int64_t offset = 0; offset < size;) {
+    const auto wanted =
+        static_cast<size_t>(std::min<int64_t>(size - offset, static_cast<int64_t>(block.size())));
+    auto got = ReadAt(fd, block.data(), wanted, offset);
+    if (!got.ok()) return got.status();
+    if (*got != wanted) return ServerFault("a file of the store became shorter");
+    hash->Update(block.data(), wanted);
+    offset += static_cast<int64_t>(wanted);
+  }
+  return absl::OkStatus();
+}
+
+absl::Time LastTouched(const fs::path& path) {
+  struct stat info;
+  if (stat(path.c_str(), &info) != 0) return absl::Now();
+  return absl::TimeFromTimespec(info.st_mtim);
+}
+
+std::vector<fs::path> FilesBelow(const std::string& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; it != end; it.increment(error)) {
+    if (error) break;
+    if (it->is_regular_file(error)) files.push_back(it->path());
+  }
+  return files;
+}
+
+absl::Status NotFound(const std::string& sha256) {
+  return MakeError(absl::StatusCode::kNotFound, amhex::v1::BLOB_NOT_FOUND,
+                   "no blob " + sha256 + " is stored");
+}
+
+absl::Status Superseded() {
+  return MakeError(absl::StatusCode::kAborted, amhex::v1::UPLOAD_SUPERSEDED,
+                   "another stream uploads or completes the same blob");
+}
+
+}  // namespace
+
+// The state of the streams that write one blob; locked after BlobStore::mutex_, never before.
+struct BlobUpload::Partial {
+  std::mutex mutex;
+  amhex::v1::BlobRef blob;
+  UniqueFd fd;
+  Sha256 hash;
+  int64_t committed_size = 0;
+  int64_t session = 0;  // of the stream that may write
+  bool done = false;
+};
+
+BlobUpload::BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session)
+    : store_(store), partial_(std::move(partial)), session_(session) {
+  if (partial_) committed_size_ = partial_->committed_size;
+}
+
+BlobUpload::~BlobUpload() {
+  if (!partial_) return;
+  std::lock_guard<std::mutex> lock(store_->mutex_);
+  --store_->active_uploads_;
+  // The bytes stay on disk; only the open file and the digest's state are let go.
+  const auto entry = store_->partials_.find(partial_->blob.sha256());
+  if (entry == store_->partials_.end() || entry->second != partial_) return;
+  std::lock_guard<std::mutex> partial_lock(partial_->mutex);
+  if (partial_->session == session_) store_->partials_.erase(entry);
+}
+
+absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
+  if (!partial_ || complete_) return absl::OkStatus();
+  const auto more = static_cast<int64_t>(size);
+  if (auto status = store_->CheckRoom(more); !status.ok()) return status;
+  std::lock_guard<std::mutex> lock(partial_->mutex);
+  if (partial_->session != session_ || partial_->done) return Superseded();
+  if (offset != partial_->committed_size) {
+    return MakeError(absl::StatusCode::kOutOfRange, amhex::v1::WRONG_OFFSET,
+                     "offset is " + std::to_string(offset) + ", but " +
+                         std::to_string(partial_->committed_size) + " bytes are stored",
+                     {{"committed_size", std::to_string(partial_->committed_size)}});
+  }
+  if (more > partial_->blob.size_bytes() - offset) {
+    FieldViolations bad;
+    bad.Add("data", "goes beyond blob.size_bytes, " + std::to_string(partial_->blob.size_bytes()));
+    return bad.ToStatus();
+  }
+  if (auto status = WriteAllAt(partial_->fd.get(), data, size, offset); !status.ok()) return status;
+  partial_->hash.Update(data, size);
+  partial_->committed_size += more;
+  committed_size_ = partial_->committed_size;
+  return absl::OkStatus();
+}
+
+absl::Status BlobUpload::Finish() {
+  if (complete_) return absl::OkStatus();
+  const std::string& name = partial_->blob.sha256();
+  std::string digest;
+  {
+    std::lock_guard<std::mutex> lock(partial_->mutex);
+    if (partial_->session != session_ || partial_->done) return Superseded();
+    if (partial_->committed_size != partial_->blob.size_bytes()) {
+      FieldViolations bad;
+      bad.Add("finish", "set after " + std::to_string(partial_->committed_size) + " of " +
+                            std::to_string(partial_->blob.size_bytes()) + " bytes");
+      return bad.ToStatus();
+    }
+    partial_->done = true;
+    digest = partial_->hash.HexDigest();
+  }
+  if (digest != name) {
+    store_->Drop(name);
+    return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::DIGEST_MISMATCH,
+                     "the bytes have the SHA-256 " + digest + ", not " + name);
+  }
+  absl::Status status = SyncFile(partial_->fd.get());
+  if (status.ok()) {
+    status = store_->Publish(store_->UploadPath(name), name, partial_->blob.size_bytes());
+  }
+  store_->Drop(name);
+  complete_ = status.ok();
+  return status;
+}
+
+BlobStore::BlobStore(std::string root, const Limits& limits)
+    : root_(std::move(root)), limits_(limits) {}
+BlobStore::~BlobStore() = default;
+
+absl::StatusOr<std::unique_ptr<BlobStore>> BlobStore::Open(const std::string& root,
+                                                           const Limits& limits) {
+  std::unique_ptr<BlobStore> store(new BlobStore(root, limits));
+  std::error_code error;
+  fs::remove_all(root + "/work", error);
+  for (const char* folder : {"/blobs", "/uploads", "/work"}) {
+    if (auto status = MakeFolders(root + folder); !status.ok()) return status;
+  }
+  for (const fs::path& file : FilesBelow(root + "/blobs")) {
+    const auto size = fs::file_size(file, error);
+    if (!error) store->total_bytes_ += static_cast<int64_t>(size);
+  }
+  return store;
+}
+
+std::string BlobStore::PathOf(const std::string& sha256) const {
+  return root_ + "/blobs/" + sha256.substr(0, 2) + "/" + sha256;
+}
+
+std::string BlobStore::UploadPath(const std::string& sha256) const {
+  return root_ + "/uploads/" + sha256;
+}
+
+std::string BlobStore::NewWorkPath(const std::string& job_id, int64_t epoch) const {
+  return root_ + "/work/" + job_id + "-" + std::to_string(epoch);
+}
+
+bool BlobStore::Contains(const std::string& sha256) const { return Size(sha256).ok(); }
+
+absl::StatusOr<int64_t> BlobStore::Size(const std::string& sha256) const {
+  struct stat info;
+  if (!IsSha256Hex(sha256) || stat(PathOf(sha256).c_str(), &info) != 0) return NotFound(sha256);
+  return static_cast<int64_t>(info.st_size);
+}
+
+void BlobStore::Touch(const std::string& sha256) const {
+  utimensat(AT_FDCWD, PathOf(sha256).c_str(), nullptr, 0);
+}
+
+int64_t BlobStore::total_bytes() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return total_bytes_;
+}
+
+absl::Status BlobStore::CheckRoom(int64_t more_bytes) const {
+  if (limits_.max_blob_store_bytes <= 0) return absl::OkStatus();
+  if (total_bytes() + more_bytes <= limits_.max_blob_store_bytes) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
+                   "the blob store is at its limit of " +
+                       std::to_string(limits_.max_blob_store_bytes) + " bytes");
+}
+
+absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(Sha256Hex(bytes));
+  blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
+  if (Contains(blob.sha256())) {
+    Touch(blob.sha256());
+    return blob;
+  }
+  if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
+  std::string draft = root_ + "/work/put-XXXXXX";
+  UniqueFd fd(mkostemp(draft.data(), O_CLOEXEC));
+  if (!fd.valid()) return FileError("cannot make a file of the store", errno);
+  absl::Status status = WriteAllAt(fd.get(), bytes.data(), bytes.size(), 0);
+  if (status.ok()) status = SyncFile(fd.get());
+  if (status.ok()) status = Publish(draft, blob.sha256(), blob.size_bytes());
+  if (!status.ok()) {
+    unlink(draft.c_str());
+    return status;
+  }
+  return blob;
+}
+
+absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const amhex::v1::BlobRef& blob) {
+  if (Contains(blob.sha256())) {
+    Touch(blob.sha256());
+    std::unique_ptr<BlobUpload> done(new BlobUpload(this, nullptr, 0));
+    done->committed_size_ = *Size(blob.sha256());
+    done->complete_ = true;
+    return done;
+  }
+  if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (active_uploads_ >= limits_.max_upload_count) {
+    return WithRetryDelay(
+        MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::TOO_MANY_UPLOADS,
+                  std::to_string(active_uploads_) + " uploads are under way, which is the limit"),
+        kUploadRetryDelay);
+  }
+  auto partial = FindOrMakePartial(blob);
+  if (!partial.ok()) return partial.status();
+  std::lock_guard<std::mutex> partial_lock((*partial)->mutex);
+  const int64_t session = ++(*partial)->session;
+  ++active_uploads_;
+  return std::unique_ptr<BlobUpload>(new BlobUpload(this, *partial, session));
+}
+
+absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(
+    const amhex::v1::BlobRef& blob) {
+  auto& entry = partials_[blob.sha256()];
+  if (entry) {
+    std::lock_guard<std::mutex> lock(entry->mutex);
+    if (entry->done) return Superseded();
+    if (entry->blob.size_bytes() == blob.size_bytes()) return entry;
+    entry->done = true;  // one of the two sizes is wrong; the digest will tell which
+  }
+  auto partial = std::make_shared<BlobUpload::Partial>();
+  partial->blob = blob;
+  auto fd = OpenFile(UploadPath(blob.sha256()), O_RDWR | O_CREAT);
+  if (!fd.ok()) return fd.status();
+  auto size = FileSize(fd->get());
+  if (!size.ok()) return size.status();
+  partial->fd = std::move(*fd);
+  if (*size > blob.size_bytes()) {
+    if (ftruncate(partial->fd.get(), 0) != 0) return FileError("cannot restart an upload", errno);
+    *size = 0;
+  }
+  if (auto status = HashPrefix(partial->fd.get(), *size, &partial->hash); !status.ok()) {
+    return status;
+  }
+  partial->committed_size = *size;
+  entry = partial;
+  return partial;
+}
+
+int64_t BlobStore::CommittedSize(const std::string& sha256) const {
+  if (auto size = Size(sha256); size.ok()) return *size;
+  std::error_code error;
+  const auto size = fs::file_size(UploadPath(sha256), error);
+  return error ? 0 : static_cast<int64_t>(size);
+}
+
+absl::StatusOr<UniqueFd> BlobStore::OpenForRead(const std::string& sha256) const {
+  if (!IsSha256Hex(sha256)) return NotFound(sha256);
+  const int fd = open(PathOf(sha256).c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return errno == ENOENT ? NotFound(sha256) : FileError("cannot open a blob", errno);
+  return UniqueFd(fd);
+}
+
+absl::StatusOr<amhex::v1::BlobRef> BlobStore::Adopt(const std::string& work_path) {
+  auto fd = OpenFile(work_path, O_RDONLY);
+  if (!fd.ok()) return fd.status();
+  auto size = FileSize(fd->get());
+  if (!size.ok()) return size.status();
+  if (auto status = CheckRoom(*size); !status.ok()) return status;
+  Sha256 hash;
+  if (auto status = HashPrefix(fd->get(), *size, &hash); !status.ok()) return status;
+  if (auto status = SyncFile(fd->get()); !status.ok()) return status;
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(hash.HexDigest());
+  blob.set_size_bytes(*size);
+  if (auto status = Publish(work_path, blob.sha256(), *size); !status.ok()) return status;
+  return blob;
+}
+
+absl::Status BlobStore::Publish(const std::string& from, const std::string& sha256, int64_t size) {
+  const bool was_there = Contains(sha256);
+  const std::string to = PathOf(sha256);
+  if (auto status = MakeFolders(fs::path(to).parent_path().string()); !status.ok()) return status;
+  if (auto status = RenameDurably(from, to); !status.ok()) return status;
+  Touch(sha256);
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (!was_there) total_bytes_ += size;
+  return absl::OkStatus();
+}
+
+void BlobStore::Drop(const std::string& sha256) {
+  unlink(UploadPath(sha256).c_str());
+  std::lock_guard<std::mutex> lock(mutex_);
+  partials_.erase(sha256);
+}
+
+int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
+                           const std::function<bool(const std::string&)>& is_used) {
+  int64_t freed = 0;
+  std::error_code error;
+  for (const fs::path& file : FilesBelow(root_ + "/blobs")) {
+    if (LastTouched(file) >= older_than || is_used(file.filename().string())) continue;
+    const auto size = fs::file_size(file, error);
+    if (!error && fs::remove(file, error)) freed += static_cast<int64_t>(size);
+  }
+  for (const fs::path& file : FilesBelow(root_ + "/uploads")) {
+    if (LastTouched(file) < uploads_older_than) Drop(file.filename().string());
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  total_bytes_ -= freed;
+  return freed;
+}
+
+}  // namespace amhex::server

@@ -1,0 +1,110 @@
+// Inputs and results as files named by the SHA-256 of their bytes.
+//
+// Layout under the root: blobs/ab/<sha256> complete blobs, uploads/<sha256> partial ones, work/
+// what workers are writing. A blob appears under its name only when complete, checked and durable.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "amhex/v1/geometry.pb.h"
+#include "files.h"
+#include "service_limits.h"
+#include "sha256.h"
+
+namespace amhex::server {
+
+class BlobStore;
+
+// One stream that writes one blob. Thread-compatible.
+class BlobUpload {
+ public:
+  ~BlobUpload();
+
+  // Bytes stored so far; equal to the blob's size when it is complete.
+  int64_t committed_size() const { return committed_size_; }
+  bool complete() const { return complete_; }
+
+  // Adds bytes at `offset`. OUT_OF_RANGE WRONG_OFFSET, ABORTED UPLOAD_SUPERSEDED, INVALID_ARGUMENT
+  // (beyond the announced size), RESOURCE_EXHAUSTED STORAGE_FULL.
+  absl::Status Write(int64_t offset, const void* data, size_t size);
+
+  // Checks size and digest and publishes the blob. INVALID_ARGUMENT DIGEST_MISMATCH drops it.
+  absl::Status Finish();
+
+ private:
+  friend class BlobStore;
+  struct Partial;
+  BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session);
+
+  BlobStore* store_;
+  std::shared_ptr<Partial> partial_;  // null when the blob was there already
+  int64_t session_ = 0;
+  int64_t committed_size_ = 0;
+  bool complete_ = false;
+};
+
+// Thread-safe.
+class BlobStore {
+ public:
+  // Makes the folders, forgets unfinished work of workers, counts what is there.
+  static absl::StatusOr<std::unique_ptr<BlobStore>> Open(const std::string& root,
+                                                         const Limits& limits);
+  ~BlobStore();
+
+  bool Contains(const std::string& sha256) const;
+  // Size of a complete blob; NOT_FOUND BLOB_NOT_FOUND.
+  absl::StatusOr<int64_t> Size(const std::string& sha256) const;
+  // Keeps an unused blob from being collected for another while.
+  void Touch(const std::string& sha256) const;
+
+  absl::StatusOr<amhex::v1::BlobRef> Put(const std::string& bytes);
+
+  // Begins or continues an upload; an older stream of the same blob is superseded.
+  absl::StatusOr<std::unique_ptr<BlobUpload>> StartUpload(const amhex::v1::BlobRef& blob);
+  // Bytes stored of a blob, complete or not.
+  int64_t CommittedSize(const std::string& sha256) const;
+
+  // An open descriptor stays readable even if the blob is collected meanwhile.
+  absl::StatusOr<UniqueFd> OpenForRead(const std::string& sha256) const;
+  // For workers of this machine; never told to clients.
+  std::string PathOf(const std::string& sha256) const;
+
+  // A fresh path for a worker to write to, and taking over what it wrote.
+  std::string NewWorkPath(const std::string& job_id, int64_t epoch) const;
+  absl::StatusOr<amhex::v1::BlobRef> Adopt(const std::string& work_path);
+
+  // Removes complete blobs for which `is_used` is false and that were last touched before
+  // `older_than`, and uploads that rested since `uploads_older_than`. Returns the bytes freed.
+  int64_t Collect(absl::Time older_than, absl::Time uploads_older_than,
+                  const std::function<bool(const std::string& sha256)>& is_used);
+
+  int64_t total_bytes() const;
+
+ private:
+  friend class BlobUpload;
+  BlobStore(std::string root, const Limits& limits);
+
+  absl::Status CheckRoom(int64_t more_bytes) const;
+  std::string UploadPath(const std::string& sha256) const;
+  absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
+  absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
+      const amhex::v1::BlobRef& blob);
+  void Drop(const std::string& sha256);
+
+  const std::string root_;
+  const Limits limits_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by sha256
+  int64_t total_bytes_ = 0;
+  int32_t active_uploads_ = 0;
+};
+
+}  // namespace amhex::server

@@ -1,0 +1,234 @@
+#include "job_feed.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "errors.h"
+#include "job.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+using amhex::v1::WatchJobResponse;
+
+// About a minute of progress at the workers' highest rate.
+constexpr size_t kMaxProgressFrames = 1024;
+
+void WakeAll(const std::vector<std::shared_ptr<FeedListener>>& listeners) {
+  for (const auto& listener : listeners) listener->Wake();
+}
+
+}  // namespace
+
+JobFeed::JobFeed(const Job& job, FrameCounter* counter)
+    : counter_(counter), current_(job), last_publish_time_(absl::Now()) {
+  last_seq_ = counter_->Next();
+  last_dropped_seq_ = last_seq_;
+}
+
+std::vector<std::shared_ptr<FeedListener>> JobFeed::AppendLocked(WatchJobResponse response,
+                                                                 bool is_progress) {
+  last_seq_ = counter_->Next();
+  response.set_seq(last_seq_);
+  frames_.push_back({std::move(response), is_progress});
+  last_publish_time_ = absl::Now();
+  if (is_progress) {
+    ++progress_frame_count_;
+    DropOldProgressLocked();
+  }
+  return ListenersLocked();
+}
+
+void JobFeed::DropOldProgressLocked() {
+  while (progress_frame_count_ > kMaxProgressFrames) {
+    const auto oldest = std::find_if(frames_.begin(), frames_.end(),
+                                     [](const Frame& frame) { return frame.is_progress; });
+    last_dropped_seq_ = std::max(last_dropped_seq_, oldest->response.seq());
+    frames_.erase(oldest);
+    --progress_frame_count_;
+  }
+}
+
+std::vector<std::shared_ptr<FeedListener>> JobFeed::ListenersLocked() {
+  std::vector<std::shared_ptr<FeedListener>> alive;
+  for (const auto& weak : listeners_) {
+    if (auto listener = weak.lock()) alive.push_back(std::move(listener));
+  }
+  return alive;
+}
+
+void JobFeed::PublishJob(const Job& job) {
+  std::vector<std::shared_ptr<FeedListener>> listeners;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    Job merged = job;
+    if (merged.stages().empty()) *merged.mutable_stages() = current_.stages();
+    if (!merged.has_progress() && current_.has_progress()) {
+      *merged.mutable_progress() = current_.progress();
+    }
+    current_ = merged;
+    WatchJobResponse response;
+    *response.mutable_job() = std::move(merged);
+    listeners = AppendLocked(std::move(response), false);
+  }
+  WakeAll(listeners);
+}
+
+void JobFeed::PublishRequeued(const Job& job) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    current_.clear_progress();
+    current_.clear_stages();
+  }
+  PublishJob(job);
+}
+
+void JobFeed::PublishProgress(const amhex::v1::Progress& progress) {
+  std::vector<std::shared_ptr<FeedListener>> listeners;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    *current_.mutable_progress() = progress;
+    WatchJobResponse response;
+    *response.mutable_progress() = progress;
+    listeners = AppendLocked(std::move(response), true);
+  }
+  WakeAll(listeners);
+}
+
+void JobFeed::PublishStage(const amhex::v1::StageReport& stage) {
+  std::vector<std::shared_ptr<FeedListener>> listeners;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    *current_.add_stages() = stage;
+    WatchJobResponse response;
+    *response.mutable_stage() = stage;
+    listeners = AppendLocked(std::move(response), false);
+  }
+  WakeAll(listeners);
+}
+
+void JobFeed::Close(const absl::Status& reason) {
+  std::vector<std::shared_ptr<FeedListener>> listeners;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    closed_ = reason;
+    listeners = ListenersLocked();
+  }
+  WakeAll(listeners);
+}
+
+Job JobFeed::Current() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return current_;
+}
+
+absl::Time JobFeed::last_publish_time() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return last_publish_time_;
+}
+
+int32_t JobFeed::reader_count() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return reader_count_;
+}
+
+void JobFeed::WakeReaders() {
+  std::vector<std::shared_ptr<FeedListener>> listeners;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    listeners = ListenersLocked();
+  }
+  WakeAll(listeners);
+}
+
+FeedReader::FeedReader(std::shared_ptr<JobFeed> feed, absl::Duration min_interval)
+    : feed_(std::move(feed)), min_interval_(min_interval) {}
+
+absl::StatusOr<std::unique_ptr<FeedReader>> FeedReader::Open(
+    std::shared_ptr<JobFeed> feed, int64_t after_seq, absl::Duration min_interval,
+    int32_t max_readers, std::shared_ptr<FeedListener> listener) {
+  std::lock_guard<std::mutex> lock(feed->mutex_);
+  if (after_seq > feed->last_seq_) {
+    FieldViolations bad;
+    bad.Add("after_seq", "is " + std::to_string(after_seq) + ", but the last frame sent is " +
+                             std::to_string(feed->last_seq_));
+    return bad.ToStatus();
+  }
+  if (feed->reader_count_ >= max_readers) {
+    return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::TOO_MANY_WATCHERS,
+                     std::to_string(max_readers) + " streams watch the job, which is the limit");
+  }
+  std::unique_ptr<FeedReader> reader(new FeedReader(feed, min_interval));
+  reader->after_seq_ = after_seq;
+  reader->listener_ = listener;
+  ++feed->reader_count_;
+  auto& listeners = feed->listeners_;
+  listeners.erase(std::remove_if(listeners.begin(), listeners.end(),
+                                 [](const auto& weak) { return weak.expired(); }),
+                  listeners.end());
+  listeners.push_back(std::move(listener));
+  return reader;
+}
+
+FeedReader::~FeedReader() {
+  std::lock_guard<std::mutex> lock(feed_->mutex_);
+  --feed_->reader_count_;
+  auto& listeners = feed_->listeners_;
+  listeners.erase(std::remove_if(listeners.begin(), listeners.end(),
+                                 [this](const auto& weak) {
+                                   const auto listener = weak.lock();
+                                   return !listener || listener == listener_;
+                                 }),
+                  listeners.end());
+}
+
+// The whole job, numbered so that what follows is new to the reader.
+FeedReader::Item FeedReader::First() {
+  WatchJobResponse response;
+  *response.mutable_job() = feed_->current_;
+  if (after_seq_ == 0) {
+    position_ = feed_->last_seq_;
+  } else {
+    response.set_gap(after_seq_ < feed_->last_dropped_seq_);
+    position_ = std::max(after_seq_, feed_->last_dropped_seq_);
+  }
+  replay_until_ = feed_->last_seq_;
+  response.set_seq(position_);
+  snapshot_sent_ = true;
+  // With frames left to replay, the final one among them ends the stream.
+  final_sent_ = IsFinal(feed_->current_.state()) && position_ >= feed_->last_seq_;
+  return {std::move(response), std::nullopt};
+}
+
+FeedReader::Item FeedReader::Next(absl::Time now) {
+  std::lock_guard<std::mutex> lock(feed_->mutex_);
+  if (!snapshot_sent_) return First();
+  if (final_sent_) return {std::nullopt, absl::OkStatus()};
+  const auto& frames = feed_->frames_;
+  auto next = std::upper_bound(
+      frames.begin(), frames.end(), position_,
+      [](int64_t seq, const JobFeed::Frame& frame) { return seq < frame.response.seq(); });
+  if (next == frames.end()) {
+    return {std::nullopt, feed_->closed_};
+  }
+  const bool replaying = next->response.seq() <= replay_until_;
+  if (next->is_progress && !replaying) {
+    // Only the newest of consecutive progress frames is worth sending.
+    int64_t passed_over = 0;
+    while (next + 1 != frames.end() && (next + 1)->is_progress) {
+      ++next;
+      ++passed_over;
+    }
+    const bool is_last = next + 1 == frames.end();
+    if (is_last && now - last_progress_time_ < min_interval_) return {};
+    last_progress_time_ = now;
+    conflated_count_ += passed_over;
+  }
+  position_ = next->response.seq();
+  final_sent_ = next->response.has_job() && IsFinal(next->response.job().state());
+  return {next->response, std::nullopt};
+}
+
+}  // namespace amhex::server

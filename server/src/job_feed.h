@@ -1,0 +1,126 @@
+// What watchers of one job see: numbered frames, kept for replay, conflated for slow readers.
+//
+// Writers never wait for readers and readers hold no queue: each reader has a place in the shared
+// frames and skips progress frames that newer ones have overtaken. Jobs and stage reports are
+// never skipped; only progress frames are dropped when the feed is full.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "amhex/v1/meshing_service.pb.h"
+
+namespace amhex::server {
+
+// Is told when there may be something new to read. Called from any thread, never under the feed's
+// lock; must not block.
+class FeedListener {
+ public:
+  virtual ~FeedListener() = default;
+  virtual void Wake() = 0;
+};
+
+// Numbers the frames of all feeds of one server run. `generation` grows from run to run, so that
+// numbers keep growing over restarts.
+class FrameCounter {
+ public:
+  explicit FrameCounter(int64_t generation) : next_((generation << kGenerationShift) + 1) {}
+  int64_t Next() { return next_.fetch_add(1, std::memory_order_relaxed); }
+
+ private:
+  static constexpr int kGenerationShift = 40;  // 10^12 frames per run, 8 million runs
+  std::atomic<int64_t> next_;
+};
+
+// Thread-safe.
+class JobFeed {
+ public:
+  // `job` is the job as it stands; its frame is the feed's first.
+  JobFeed(const amhex::v1::Job& job, FrameCounter* counter);
+
+  void PublishJob(const amhex::v1::Job& job);
+  void PublishProgress(const amhex::v1::Progress& progress);
+  void PublishStage(const amhex::v1::StageReport& stage);
+  // Forgets progress and stages of an attempt that is over, then publishes.
+  void PublishRequeued(const amhex::v1::Job& job);
+  // Ends every stream with `reason` once it has read what there is.
+  void Close(const absl::Status& reason);
+
+  // The job with the progress and stages of the running attempt.
+  amhex::v1::Job Current() const;
+  // When the latest frame was published.
+  absl::Time last_publish_time() const;
+  int32_t reader_count() const;
+  void WakeReaders();
+
+ private:
+  friend class FeedReader;
+  struct Frame {
+    amhex::v1::WatchJobResponse response;
+    bool is_progress = false;
+  };
+
+  // Appends under the lock; returns whom to wake.
+  std::vector<std::shared_ptr<FeedListener>> AppendLocked(amhex::v1::WatchJobResponse response,
+                                                          bool is_progress);
+  void DropOldProgressLocked();
+  std::vector<std::shared_ptr<FeedListener>> ListenersLocked();
+
+  FrameCounter* const counter_;
+  mutable std::mutex mutex_;
+  amhex::v1::Job current_;
+  std::deque<Frame> frames_;  // ascending by seq
+  int64_t last_dropped_seq_ = 0;
+  int64_t last_seq_ = 0;
+  size_t progress_frame_count_ = 0;
+  absl::Time last_publish_time_;
+  std::optional<absl::Status> closed_;
+  std::vector<std::weak_ptr<FeedListener>> listeners_;
+  int32_t reader_count_ = 0;
+};
+
+// One stream's place in a feed. Thread-compatible.
+class FeedReader {
+ public:
+  struct Item {
+    std::optional<amhex::v1::WatchJobResponse> frame;
+    std::optional<absl::Status> end;  // the stream is over
+  };                                  // neither: nothing to send now; the listener will be woken
+
+  // INVALID_ARGUMENT for an `after_seq` never sent, RESOURCE_EXHAUSTED TOO_MANY_WATCHERS.
+  static absl::StatusOr<std::unique_ptr<FeedReader>> Open(std::shared_ptr<JobFeed> feed,
+                                                          int64_t after_seq,
+                                                          absl::Duration min_interval,
+                                                          int32_t max_readers,
+                                                          std::shared_ptr<FeedListener> listener);
+  ~FeedReader();
+
+  Item Next(absl::Time now);
+  // Progress frames passed over so far.
+  int64_t conflated_count() const { return conflated_count_; }
+
+ private:
+  FeedReader(std::shared_ptr<JobFeed> feed, absl::Duration min_interval);
+  Item First();
+
+  std::shared_ptr<JobFeed> feed_;
+  std::shared_ptr<FeedListener> listener_;
+  const absl::Duration min_interval_;
+  int64_t after_seq_ = 0;
+  int64_t position_ = 0;      // seq of the last frame sent
+  int64_t replay_until_ = 0;  // frames up to here are sent one by one
+  bool snapshot_sent_ = false;
+  bool final_sent_ = false;
+  absl::Time last_progress_time_ = absl::InfinitePast();
+  int64_t conflated_count_ = 0;
+};
+
+}  // namespace amhex::server

@@ -1,0 +1,150 @@
+// The heart of amhexd: admission, the queue's rules, attempts, watching, retention. Knows neither
+// gRPC nor processes: meshing_service calls it from above, worker_pool from below.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "amhex/v1/meshing_service.pb.h"
+#include "blob_store.h"
+#include "job_feed.h"
+#include "job_store.h"
+#include "metrics.h"
+#include "service_limits.h"
+
+namespace amhex::server {
+
+// One running attempt at a job, shared by the manager and the worker slot that runs it.
+class Attempt {
+ public:
+  Attempt(ClaimedJob claimed, std::shared_ptr<JobFeed> feed, std::string work_path);
+
+  const std::string& id() const { return claimed_.id; }
+  int64_t epoch() const { return claimed_.epoch; }
+  const amhex::v1::Job& job() const { return claimed_.job; }
+  // Where the worker writes the result.
+  const std::string& work_path() const { return work_path_; }
+
+  // Readable once a cancel was requested.
+  int wake_fd() const { return wake_.get(); }
+  bool cancel_requested() const { return cancel_requested_.load(); }
+  void RequestCancel();
+
+ private:
+  friend class JobManager;
+  const ClaimedJob claimed_;
+  const std::shared_ptr<JobFeed> feed_;
+  const std::string work_path_;
+  UniqueFd wake_;
+  std::atomic<bool> cancel_requested_{false};
+  std::atomic<int64_t> cancel_time_nanos_{0};
+};
+
+// Thread-safe. The methods that touch the store block for its disk.
+class JobManager {
+ public:
+  struct Options {
+    Limits limits;
+    absl::Duration lease = absl::Seconds(30);
+    // Wait before a job whose worker died is tried again; doubled per attempt.
+    absl::Duration retry_delay = absl::Seconds(1);
+    // Unused blobs and resting uploads are removed after these.
+    absl::Duration unused_blob_age = absl::Hours(1);
+    absl::Duration resting_upload_age = absl::Hours(24);
+  };
+
+  // Puts jobs that were running when the last server ended back into the queue.
+  static absl::StatusOr<std::unique_ptr<JobManager>> Create(const Options& options,
+                                                            std::unique_ptr<JobStore> store,
+                                                            std::unique_ptr<BlobStore> blobs,
+                                                            Metrics* metrics);
+  ~JobManager();
+
+  // For the service. The request's fields have been checked (request_checks.h).
+  absl::StatusOr<amhex::v1::Job> Submit(const amhex::v1::SubmitJobRequest& request);
+  // Where an input's bytes are, for validate_only: checks and stores it like Submit.
+  absl::StatusOr<amhex::v1::BlobRef> AdmitInput(const amhex::v1::SubmitJobRequest& request);
+  absl::StatusOr<amhex::v1::Job> Get(const std::string& id);
+  absl::StatusOr<JobPage> List(const JobQuery& query);
+  absl::StatusOr<amhex::v1::Job> Cancel(const std::string& id);
+  absl::Status Delete(const std::string& id);
+  absl::StatusOr<std::unique_ptr<FeedReader>> Watch(const std::string& id, int64_t after_seq,
+                                                    absl::Duration min_interval,
+                                                    std::shared_ptr<FeedListener> listener);
+  BlobStore& blobs() { return *blobs_; }
+  Metrics& metrics() { return *metrics_; }
+  const Options& options() const { return options_; }
+
+  // For worker slots. Every claimed attempt must end with exactly one of the calls below.
+  // The next job, or null after `patience` or while draining.
+  std::shared_ptr<Attempt> WaitForAttempt(const std::string& worker, absl::Duration patience);
+  void ReportProgress(const Attempt& attempt, const amhex::v1::Progress& progress);
+  void ReportStage(const Attempt& attempt, const amhex::v1::StageReport& stage);
+  // False when the attempt was fenced: stop, and report nothing.
+  bool KeepLease(Attempt& attempt);
+  void Succeed(Attempt& attempt, amhex::v1::MeshingResult result);
+  void Fail(Attempt& attempt, const absl::Status& error);
+  void EndCancelled(Attempt& attempt);
+  // Spends the attempt: queued again, or FAILED after the last one.
+  void WorkerDied(Attempt& attempt, const std::string& how);
+  // The server interrupts: queued again, the attempt is not spent.
+  void GiveBack(Attempt& attempt);
+
+  // Refuses new jobs and hands out no more attempts.
+  void StartDraining();
+  bool draining() const { return draining_.load(); }
+  // Ends all streams that watch.
+  void CloseFeeds();
+
+ private:
+  JobManager(const Options& options, std::unique_ptr<JobStore> store,
+             std::unique_ptr<BlobStore> blobs, Metrics* metrics, int64_t generation);
+
+  absl::StatusOr<amhex::v1::BlobRef> CheckBlob(const amhex::v1::BlobRef& blob);
+  absl::Status CheckDraining() const;
+  NewJob MakeNewJob(const amhex::v1::SubmitJobRequest& request, const amhex::v1::BlobRef& input);
+  std::shared_ptr<JobFeed> FeedFor(const std::string& id, const amhex::v1::Job& job);
+  std::shared_ptr<JobFeed> FindFeed(const std::string& id);
+  void Finish(Attempt& attempt, const FinalOutcome& outcome);
+  void CountFinished(const amhex::v1::Job& job);
+  void Forget(const Attempt& attempt);
+  // Reads the job anew and tells its watchers.
+  void PublishStored(const std::string& id);
+  void WakeSlots();
+
+  void Housekeep();
+  void TendFeeds();
+  void TendQueue();
+  void CollectGarbage();
+
+  const Options options_;
+  const std::unique_ptr<JobStore> store_;
+  const std::unique_ptr<BlobStore> blobs_;
+  Metrics* const metrics_;
+  FrameCounter frame_counter_;
+  std::atomic<bool> draining_{false};
+
+  // Held from the check that a blob exists until the job that needs it is stored, and while
+  // unused blobs are collected.
+  std::mutex admission_mutex_;
+
+  std::mutex mutex_;
+  std::condition_variable slots_wake_;
+  int64_t wake_count_ = 0;
+  std::map<std::string, std::shared_ptr<JobFeed>> feeds_;     // by job id
+  std::map<std::string, std::shared_ptr<Attempt>> attempts_;  // by job id, running
+  bool stopping_ = false;
+  std::condition_variable housekeeper_wake_;
+  std::thread housekeeper_;
+};
+
+}  // namespace amhex::server

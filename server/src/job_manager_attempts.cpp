@@ -1,0 +1,305 @@
+// The side of JobManager that worker slots see, and its housekeeping.
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+#include <vector>
+
+#include "errors.h"
+#include "job.h"
+#include "job_id.h"
+#include "job_manager.h"
+#include "logging.h"
+#include "time_convert.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+
+constexpr absl::Duration kTick = absl::Milliseconds(50);
+constexpr absl::Duration kQueueInterval = absl::Seconds(1);
+constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
+// WatchJob promises a frame every 15 s.
+constexpr absl::Duration kQuietFeedInterval = absl::Seconds(10);
+// A final job's frames are kept this long for readers that reconnect.
+constexpr absl::Duration kFinalFeedAge = absl::Minutes(10);
+
+FinalOutcome ErrorOutcome(Job::State state, const absl::Status& error) {
+  FinalOutcome outcome;
+  outcome.state = state;
+  *outcome.details.mutable_error() = ToRpcStatus(error);
+  return outcome;
+}
+
+absl::Status AttemptsExhausted(int attempts, const std::string& how) {
+  return MakeError(
+      absl::StatusCode::kInternal, amhex::v1::ATTEMPTS_EXHAUSTED,
+      "the worker died in each of " + std::to_string(attempts) + " attempts, last by " + how);
+}
+
+}  // namespace
+
+std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
+                                                    absl::Duration patience) {
+  int64_t seen = 0;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    seen = wake_count_;
+  }
+  auto claimed = draining_ ? std::optional<ClaimedJob>() : [&] {
+    auto result = store_->Claim(worker, absl::Now(), options_.lease);
+    if (result.ok()) return *std::move(result);
+    LogError("claim_failed", {{"message", std::string(result.status().message())}});
+    return std::optional<ClaimedJob>();
+  }();
+  if (!claimed) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    slots_wake_.wait_for(lock, absl::ToChronoMilliseconds(patience),
+                         [&] { return wake_count_ != seen || stopping_ || draining_; });
+    return nullptr;
+  }
+  const Job& job = claimed->job;
+  LogInfo("job_started", {{"job", job.name()},
+                          {"attempt", int64_t{job.attempt_count()}},
+                          {"epoch", claimed->epoch},
+                          {"worker", worker}});
+  if (job.attempt_count() == 1) {
+    metrics_->queue_wait_seconds.Observe(
+        absl::ToDoubleSeconds(FromProto(job.start_time()) - FromProto(job.create_time())));
+  }
+  const auto feed = FeedFor(claimed->id, job);
+  auto attempt =
+      std::make_shared<Attempt>(*claimed, feed, blobs_->NewWorkPath(claimed->id, claimed->epoch));
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    attempts_[claimed->id] = attempt;
+  }
+  // A cancel that came between the claim and the entry above left only its mark in the store.
+  if (KeepLease(*attempt)) feed->PublishRequeued(job);
+  return attempt;
+}
+
+void JobManager::ReportProgress(const Attempt& attempt, const amhex::v1::Progress& progress) {
+  attempt.feed_->PublishProgress(progress);
+}
+
+void JobManager::ReportStage(const Attempt& attempt, const amhex::v1::StageReport& stage) {
+  attempt.feed_->PublishStage(stage);
+  const double seconds = absl::ToDoubleSeconds(FromProto(stage.wall_duration()));
+  std::string name = amhex::v1::Stage_Name(stage.stage());
+  name.erase(0, std::string("STAGE_").size());
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  metrics_->StageDuration(name).Observe(seconds);
+  LogInfo("stage_done", {{"job", attempt.job().name()},
+                         {"stage", name},
+                         {"seconds", seconds},
+                         {"peak_memory_bytes", stage.peak_memory_bytes()}});
+}
+
+bool JobManager::KeepLease(Attempt& attempt) {
+  const auto cancel = store_->Heartbeat(attempt.id(), attempt.epoch(), absl::Now(), options_.lease);
+  if (cancel.ok()) {
+    if (*cancel) attempt.RequestCancel();
+    return true;
+  }
+  if (!absl::IsAborted(cancel.status())) {
+    // The store is in trouble; the lease may still be ours, and Finish will tell.
+    LogError("heartbeat_failed",
+             {{"job", attempt.job().name()}, {"message", std::string(cancel.status().message())}});
+    return true;
+  }
+  LogWarning("attempt_fenced", {{"job", attempt.job().name()}, {"epoch", attempt.epoch()}});
+  Forget(attempt);
+  return false;
+}
+
+void JobManager::Forget(const Attempt& attempt) {
+  unlink(attempt.work_path().c_str());
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto running = attempts_.find(attempt.id());
+  if (running != attempts_.end() && running->second.get() == &attempt) attempts_.erase(running);
+}
+
+void JobManager::Finish(Attempt& attempt, const FinalOutcome& outcome) {
+  FinalOutcome complete = outcome;
+  const Job live = attempt.feed_->Current();
+  *complete.details.mutable_stages() = live.stages();
+  if (outcome.state != Job::SUCCEEDED) {
+    complete.details.set_failed_stage(live.progress().stage());
+  }
+  const absl::Status status = store_->Finish(attempt.id(), attempt.epoch(), complete, absl::Now());
+  if (attempt.cancel_requested()) {
+    const int64_t nanos = absl::GetCurrentTimeNanos() - attempt.cancel_time_nanos_;
+    metrics_->cancel_latency_seconds.Observe(1e-9 * static_cast<double>(nanos));
+  }
+  Forget(attempt);
+  if (!status.ok()) {
+    LogError("finish_not_recorded", {{"job", attempt.job().name()},
+                                     {"epoch", attempt.epoch()},
+                                     {"message", std::string(status.message())}});
+    return;
+  }
+  PublishStored(attempt.id());
+  const auto job = store_->Get(attempt.id());
+  if (job.ok()) CountFinished(*job);
+}
+
+void JobManager::Succeed(Attempt& attempt, amhex::v1::MeshingResult result) {
+  absl::StatusOr<amhex::v1::BlobRef> mesh = blobs_->Adopt(attempt.work_path());
+  if (!mesh.ok()) {
+    Fail(attempt, mesh.status());
+    return;
+  }
+  *result.mutable_mesh() = *mesh;
+  const amhex::v1::MeshStatistics& statistics = result.statistics();
+  metrics_->cells.Observe(static_cast<double>(statistics.cell_count()));
+  metrics_->hexahedra_ratio.Observe(statistics.hexahedra_ratio());
+  for (const auto& count : statistics.cells_by_type()) {
+    std::string type = amhex::v1::CellType_Name(count.type());
+    type.erase(0, std::string("CELL_TYPE_").size());
+    std::transform(type.begin(), type.end(), type.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    metrics_->Primitives(type).Increment(static_cast<double>(count.cell_count()));
+  }
+  FinalOutcome outcome;
+  outcome.state = Job::SUCCEEDED;
+  *outcome.details.mutable_result() = std::move(result);
+  Finish(attempt, outcome);
+}
+
+void JobManager::Fail(Attempt& attempt, const absl::Status& error) {
+  Finish(attempt, ErrorOutcome(Job::FAILED, error));
+}
+
+void JobManager::EndCancelled(Attempt& attempt) {
+  Finish(attempt, ErrorOutcome(Job::CANCELLED,
+                               MakeError(absl::StatusCode::kCancelled, amhex::v1::CANCEL_REQUESTED,
+                                         "the job was cancelled on request")));
+}
+
+void JobManager::WorkerDied(Attempt& attempt, const std::string& how) {
+  const int attempts = attempt.job().attempt_count();
+  LogWarning("worker_died_in_job",
+             {{"job", attempt.job().name()}, {"attempt", int64_t{attempts}}, {"how", how}});
+  if (attempts >= attempt.job().max_attempts()) {
+    Fail(attempt, AttemptsExhausted(attempts, how));
+    return;
+  }
+  constexpr int kMaxDoublings = 8;
+  const absl::Duration delay = options_.retry_delay * (1 << std::min(attempts - 1, kMaxDoublings));
+  const absl::Status status = store_->Release(attempt.id(), attempt.epoch(),
+                                              ReleaseMode::kSpendAttempt, absl::Now() + delay);
+  Forget(attempt);
+  if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
+  PublishStored(attempt.id());
+}
+
+void JobManager::GiveBack(Attempt& attempt) {
+  const absl::Status status =
+      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kGiveAttemptBack, absl::Now());
+  Forget(attempt);
+  LogInfo("job_given_back", {{"job", attempt.job().name()}});
+  if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
+  PublishStored(attempt.id());
+}
+
+void JobManager::Housekeep() {
+  absl::Time next_queue = absl::Now();
+  absl::Time next_garbage = absl::Now();
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!stopping_) {
+    lock.unlock();
+    TendFeeds();
+    if (absl::Now() >= next_queue) {
+      TendQueue();
+      next_queue = absl::Now() + kQueueInterval;
+    }
+    if (absl::Now() >= next_garbage) {
+      CollectGarbage();
+      next_garbage = absl::Now() + kGarbageInterval;
+    }
+    lock.lock();
+    housekeeper_wake_.wait_for(lock, absl::ToChronoMilliseconds(kTick),
+                               [this] { return stopping_; });
+  }
+}
+
+// Wakes readers that wait for their interval, breaks silences, forgets feeds nobody needs.
+void JobManager::TendFeeds() {
+  std::vector<std::pair<std::string, std::shared_ptr<JobFeed>>> feeds;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    feeds.assign(feeds_.begin(), feeds_.end());
+  }
+  const absl::Time now = absl::Now();
+  int64_t readers = 0;
+  for (const auto& [id, feed] : feeds) {
+    const int32_t reader_count = feed->reader_count();
+    readers += reader_count;
+    const Job current = feed->Current();
+    const absl::Duration quiet = now - feed->last_publish_time();
+    if (reader_count > 0) {
+      if (quiet > kQuietFeedInterval && !IsFinal(current.state())) feed->PublishJob(current);
+      feed->WakeReaders();
+    } else if (current.state() != Job::RUNNING && quiet > kFinalFeedAge) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      feeds_.erase(id);
+    }
+  }
+  metrics_->watchers.Set(static_cast<double>(readers));
+}
+
+void JobManager::TendQueue() {
+  const absl::Time now = absl::Now();
+  if (const auto exhausted = store_->ReapExpiredLeases(now); exhausted.ok()) {
+    for (const ClaimedJob& job : *exhausted) {
+      metrics_->lease_expired.Increment();
+      const auto outcome = ErrorOutcome(
+          Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
+      if (store_->Finish(job.id, job.epoch, outcome, now).ok()) PublishStored(job.id);
+    }
+  }
+  const auto timed_out = store_->ExpireQueued(
+      ErrorOutcome(Job::FAILED,
+                   MakeError(absl::StatusCode::kDeadlineExceeded, amhex::v1::QUEUE_TIMEOUT,
+                             "the job waited in the queue longer than its queue_timeout")),
+      now);
+  if (timed_out.ok()) {
+    for (const std::string& id : *timed_out) {
+      PublishStored(id);
+      const auto job = store_->Get(id);
+      if (job.ok()) CountFinished(*job);
+    }
+  }
+  if (const auto removed = store_->RemoveExpired(now); removed.ok()) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const std::string& id : *removed) feeds_.erase(id);
+  }
+  if (const auto counts = store_->CountByState(); counts.ok()) {
+    for (const Job::State state :
+         {Job::QUEUED, Job::RUNNING, Job::SUCCEEDED, Job::FAILED, Job::CANCELLED}) {
+      const auto found = counts->find(state);
+      metrics_->JobsInState(Job::State_Name(state))
+          .Set(found == counts->end() ? 0 : static_cast<double>(found->second));
+    }
+  }
+  const auto oldest = store_->OldestQueued();
+  const bool waiting = oldest.ok() && oldest->has_value();
+  metrics_->queue_oldest_age_seconds.Set(waiting ? absl::ToDoubleSeconds(now - **oldest) : 0);
+  metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
+}
+
+void JobManager::CollectGarbage() {
+  std::lock_guard<std::mutex> admission(admission_mutex_);
+  const absl::Time now = absl::Now();
+  const int64_t freed =
+      blobs_->Collect(now - options_.unused_blob_age, now - options_.resting_upload_age,
+                      [this](const std::string& sha256) {
+                        const auto used = store_->IsBlobUsed(sha256);
+                        return !used.ok() || *used;
+                      });
+  if (freed > 0) LogInfo("blobs_collected", {{"bytes", freed}});
+}
+
+}  // namespace amhex::server

@@ -1,0 +1,79 @@
+// `amhexd`: the meshing service. Ends on SIGTERM or SIGINT; a second one ends it at once.
+#include <signal.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <iostream>
+#include <string>
+#include <thread>
+
+#include "absl/time/clock.h"
+#include "files.h"
+#include "logging.h"
+#include "server.h"
+#include "server_options.h"
+
+namespace amhex::server {
+namespace {
+
+// Blocks the signals that end the server in this and all later threads; they are waited for.
+sigset_t BlockEndingSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  return signals;
+}
+
+absl::Status WritePortFile(const Server& server, const std::string& path) {
+  if (path.empty()) return absl::OkStatus();
+  std::string lines;
+  for (const std::string& address : server.addresses()) lines += "grpc=" + address + "\n";
+  if (!server.metrics_address().empty()) lines += "metrics=" + server.metrics_address() + "\n";
+  return WriteFileAtomically(path, lines);
+}
+
+void ServeUntilSignal(Server* server, const ServerOptions& options, const sigset_t& signals) {
+  int signal_number = 0;
+  sigwait(&signals, &signal_number);
+  std::atomic<bool> done{false};
+  std::thread stopper([&] {
+    server->Stop(absl::Now() + options.drain_delay + options.drain_timeout);
+    done = true;
+  });
+  const timespec pause{0, 50'000'000};
+  while (!done) {
+    if (sigtimedwait(&signals, nullptr, &pause) > 0) server->Stop(absl::Now());
+  }
+  stopper.join();
+}
+
+int Main(int argc, char** argv) {
+  int exit_code = EXIT_SUCCESS;
+  const auto options = ParseOptions(argc, argv, &exit_code);
+  if (!options.ok()) {
+    if (exit_code != EXIT_SUCCESS) std::cerr << "amhexd: " << options.status().message() << "\n";
+    return exit_code;
+  }
+  if (const absl::Status status = SetUpLogging(options->log_level); !status.ok()) {
+    std::cerr << "amhexd: " << status.message() << "\n";
+    return EXIT_FAILURE;
+  }
+  const sigset_t signals = BlockEndingSignals();
+  const auto server = Server::Create(*options);
+  absl::Status status = server.status();
+  if (status.ok()) status = WritePortFile(**server, options->port_file);
+  if (!status.ok()) {
+    LogError("start_failed", {{"message", std::string(status.message())}});
+    return EXIT_FAILURE;
+  }
+  ServeUntilSignal(server->get(), *options, signals);
+  return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace amhex::server
+
+int main(int argc, char** argv) { return amhex::server::Main(argc, argv); }

@@ -1,0 +1,120 @@
+#include "meshing_service.h"
+
+#include <utility>
+
+#include "grpc_status.h"
+#include "request_checks.h"
+#include "status_macros.h"
+#include "version.h"
+#include "watch_reactor.h"
+
+namespace amhex::server {
+
+using amhex::v1::Job;
+
+grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* context,
+                                                 std::function<absl::Status()> call) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  executor_->Post([reactor, call = std::move(call)] { reactor->Finish(ToGrpc(call())); });
+  return reactor;
+}
+
+absl::StatusOr<amhex::v1::CostEstimate> MeshingService::Estimate(
+    const amhex::v1::SubmitJobRequest& request) {
+  AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, manager_->AdmitInput(request));
+  const Limits& limits = manager_->options().limits;
+  amhex::worker::RunJob order;
+  order.set_input_path(manager_->blobs().PathOf(input.sha256()));
+  order.set_input_encoding(request.input_encoding());
+  order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
+  order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);
+  order.mutable_input_limits()->set_max_attribute_count(limits.max_attribute_count);
+  *order.mutable_params() = request.params();
+  return pool_->Estimate(std::move(order));
+}
+
+absl::Status MeshingService::Submit(const amhex::v1::SubmitJobRequest& request,
+                                    amhex::v1::SubmitJobResponse* response) {
+  AMHEX_RETURN_IF_ERROR(CheckSubmit(request, manager_->options().limits));
+  if (request.validate_only()) {
+    AMHEX_ASSIGN_OR_RETURN(*response->mutable_estimate(), Estimate(request));
+    return absl::OkStatus();
+  }
+  AMHEX_ASSIGN_OR_RETURN(*response->mutable_job(), manager_->Submit(request));
+  return absl::OkStatus();
+}
+
+grpc::ServerUnaryReactor* MeshingService::SubmitJob(grpc::CallbackServerContext* context,
+                                                    const amhex::v1::SubmitJobRequest* request,
+                                                    amhex::v1::SubmitJobResponse* response) {
+  return Answer(context, [this, request, response] { return Submit(*request, response); });
+}
+
+grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* context,
+                                                 const amhex::v1::GetJobRequest* request,
+                                                 Job* response) {
+  return Answer(context, [this, request, response]() -> absl::Status {
+    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+    AMHEX_ASSIGN_OR_RETURN(*response, manager_->Get(id));
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerUnaryReactor* MeshingService::ListJobs(grpc::CallbackServerContext* context,
+                                                   const amhex::v1::ListJobsRequest* request,
+                                                   amhex::v1::ListJobsResponse* response) {
+  return Answer(context, [this, request, response]() -> absl::Status {
+    AMHEX_ASSIGN_OR_RETURN(const JobQuery query, CheckList(*request, manager_->options().limits));
+    AMHEX_ASSIGN_OR_RETURN(JobPage page, manager_->List(query));
+    for (Job& job : page.jobs) *response->add_jobs() = std::move(job);
+    if (page.next_before_number > 0) {
+      response->set_next_page_token(MakePageToken(*request, page.next_before_number));
+    }
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerWriteReactor<amhex::v1::WatchJobResponse>* MeshingService::WatchJob(
+    grpc::CallbackServerContext*, const amhex::v1::WatchJobRequest* request) {
+  return new WatchReactor(*request, manager_, executor_);
+}
+
+grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext* context,
+                                                    const amhex::v1::CancelJobRequest* request,
+                                                    Job* response) {
+  return Answer(context, [this, request, response]() -> absl::Status {
+    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+    AMHEX_ASSIGN_OR_RETURN(*response, manager_->Cancel(id));
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext* context,
+                                                    const amhex::v1::DeleteJobRequest* request,
+                                                    google::protobuf::Empty*) {
+  return Answer(context, [this, request]() -> absl::Status {
+    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+    return manager_->Delete(id);
+  });
+}
+
+grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerContext* context,
+                                                          const amhex::v1::GetCapabilitiesRequest*,
+                                                          amhex::v1::Capabilities* response) {
+  return Answer(context, [this, response]() -> absl::Status {
+    const amhex::worker::Hello hello = pool_->hello();
+    response->set_server_version(kServerVersion);
+    response->set_engine_version(hello.engine_version());
+    response->add_api_versions("amhex.v1");
+    *response->mutable_limits() = ToProto(manager_->options().limits);
+    *response->mutable_backends() = hello.backends();
+    response->add_input_encodings(amhex::v1::INPUT_ENCODING_DRACO);
+    response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
+    response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
+    response->set_worker_count(pool_->ready_count());
+    response->set_draining(manager_->draining());
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace amhex::server

@@ -1,0 +1,56 @@
+// amhex.v1.Mesher: each call is checked, given to the JobManager, and answered.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <functional>
+
+#include "absl/status/status.h"
+#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "blocking_executor.h"
+#include "job_manager.h"
+#include "worker_pool.h"
+
+namespace amhex::server {
+
+class MeshingService final : public amhex::v1::Mesher::CallbackService {
+ public:
+  // All three must outlive the gRPC server.
+  MeshingService(JobManager* manager, WorkerPool* pool, BlockingExecutor* executor)
+      : manager_(manager), pool_(pool), executor_(executor) {}
+
+  grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context,
+                                      const amhex::v1::SubmitJobRequest* request,
+                                      amhex::v1::SubmitJobResponse* response) override;
+  grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
+                                   const amhex::v1::GetJobRequest* request,
+                                   amhex::v1::Job* response) override;
+  grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
+                                     const amhex::v1::ListJobsRequest* request,
+                                     amhex::v1::ListJobsResponse* response) override;
+  grpc::ServerWriteReactor<amhex::v1::WatchJobResponse>* WatchJob(
+      grpc::CallbackServerContext* context, const amhex::v1::WatchJobRequest* request) override;
+  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
+                                      const amhex::v1::CancelJobRequest* request,
+                                      amhex::v1::Job* response) override;
+  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
+                                      const amhex::v1::DeleteJobRequest* request,
+                                      google::protobuf::Empty* response) override;
+  grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
+                                            const amhex::v1::GetCapabilitiesRequest* request,
+                                            amhex::v1::Capabilities* response) override;
+
+ private:
+  // Runs `call` on the executor and finishes the call with its status.
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
+                                   std::function<absl::Status()> call);
+  absl::Status Submit(const amhex::v1::SubmitJobRequest& request,
+                      amhex::v1::SubmitJobResponse* response);
+  absl::StatusOr<amhex::v1::CostEstimate> Estimate(const amhex::v1::SubmitJobRequest& request);
+
+  JobManager* const manager_;
+  WorkerPool* const pool_;
+  BlockingExecutor* const executor_;
+};
+
+}  // namespace amhex::server

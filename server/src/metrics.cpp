@@ -1,0 +1,126 @@
+#include "metrics.h"
+
+#include <utility>
+
+namespace amhex::server {
+namespace {
+
+using prometheus::Counter;
+using prometheus::Family;
+using prometheus::Gauge;
+using prometheus::Histogram;
+using prometheus::Registry;
+using Buckets = Histogram::BucketBoundaries;
+
+// From a millisecond to the longest permitted run.
+const Buckets& SecondsBuckets() {
+  static const Buckets buckets = {0.001, 0.005, 0.01, 0.05, 0.1, 0.25, 0.5,  1,    2.5,
+                                  5,     10,    25,   50,   100, 250,  1000, 3600, 14400};
+  return buckets;
+}
+
+Family<Counter>& CounterFamily(Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+}
+
+Counter& OneCounter(Registry& registry, const char* name, const char* help) {
+  return CounterFamily(registry, name, help).Add({});
+}
+
+Gauge& OneGauge(Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+}
+
+Family<Histogram>& HistogramFamily(Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
+}
+
+Histogram& OneHistogram(Registry& registry, const char* name, const char* help,
+                        const Buckets& buckets) {
+  return HistogramFamily(registry, name, help).Add({}, buckets);
+}
+
+}  // namespace
+
+Metrics::Metrics(const std::string& version)
+    : Metrics(version, std::make_shared<prometheus::Registry>()) {}
+
+Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
+    : jobs_submitted(OneCounter(*registry, "amhex_jobs_submitted_total", "Jobs accepted.")),
+      lease_expired(OneCounter(*registry, "amhex_lease_expired_total",
+                               "Attempts whose lease ended without news.")),
+      queue_oldest_age_seconds(
+          OneGauge(*registry, "amhex_queue_oldest_age_seconds", "Age of the oldest queued job.")),
+      watchers(OneGauge(*registry, "amhex_watchers", "Streams that watch a job.")),
+      blob_store_bytes(
+          OneGauge(*registry, "amhex_blob_store_bytes", "Bytes of all complete blobs.")),
+      workers_ready(OneGauge(*registry, "amhex_workers_ready", "Workers that can take jobs.")),
+      queue_wait_seconds(OneHistogram(*registry, "amhex_queue_wait_seconds",
+                                      "Time from submission to the first attempt.",
+                                      SecondsBuckets())),
+      job_duration_seconds(OneHistogram(*registry, "amhex_job_duration_seconds",
+                                        "Time of the last attempt of finished jobs.",
+                                        SecondsBuckets())),
+      attempts(OneHistogram(*registry, "amhex_attempts", "Attempts of finished jobs.",
+                            {1, 2, 3, 4, 5, 10})),
+      cancel_latency_seconds(OneHistogram(*registry, "amhex_cancel_latency_seconds",
+                                          "Time from the wish to cancel to the free worker.",
+                                          SecondsBuckets())),
+      cells(OneHistogram(*registry, "amhex_cells", "Cells of finished meshes.",
+                         {100, 1e3, 1e4, 1e5, 1e6, 1e7})),
+      hexahedra_ratio(OneHistogram(*registry, "amhex_hexahedra_ratio",
+                                   "Hexahedra among the cells of finished meshes.",
+                                   {0.1, 0.25, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1})),
+      registry_(registry),
+      finished_family_(
+          CounterFamily(*registry, "amhex_jobs_finished_total", "Jobs that became final.")),
+      primitives_family_(
+          CounterFamily(*registry, "amhex_primitives_total", "Cells made, by type.")),
+      frames_family_(CounterFamily(*registry, "amhex_progress_frames_total",
+                                   "Frames for watchers, by what became of them.")),
+      blob_bytes_family_(
+          CounterFamily(*registry, "amhex_blob_bytes_total", "Bytes of blobs moved.")),
+      decode_rejected_family_(
+          CounterFamily(*registry, "amhex_decode_rejected_total", "Inputs refused, by reason.")),
+      restarts_family_(CounterFamily(*registry, "amhex_worker_restarts_total",
+                                     "Workers replaced, by what ended them.")),
+      jobs_family_(prometheus::BuildGauge()
+                       .Name("amhex_jobs")
+                       .Help("Jobs remembered, by state.")
+                       .Register(*registry)),
+      stage_family_(
+          HistogramFamily(*registry, "amhex_stage_duration_seconds", "Time of finished stages.")) {
+  prometheus::BuildGauge()
+      .Name("amhex_build_info")
+      .Help("Always 1; the label tells the version.")
+      .Register(*registry)
+      .Add({{"version", version}})
+      .Set(1);
+}
+
+Counter& Metrics::JobsFinished(const std::string& state, const std::string& reason) {
+  return finished_family_.Add({{"state", state}, {"reason", reason}});
+}
+Counter& Metrics::Primitives(const std::string& type) {
+  return primitives_family_.Add({{"type", type}});
+}
+Counter& Metrics::ProgressFrames(const std::string& outcome) {
+  return frames_family_.Add({{"outcome", outcome}});
+}
+Counter& Metrics::BlobBytes(const std::string& direction) {
+  return blob_bytes_family_.Add({{"dir", direction}});
+}
+Counter& Metrics::DecodeRejected(const std::string& reason) {
+  return decode_rejected_family_.Add({{"reason", reason}});
+}
+Counter& Metrics::WorkerRestarts(const std::string& cause) {
+  return restarts_family_.Add({{"cause", cause}});
+}
+Gauge& Metrics::JobsInState(const std::string& state) {
+  return jobs_family_.Add({{"state", state}});
+}
+Histogram& Metrics::StageDuration(const std::string& stage) {
+  return stage_family_.Add({{"stage", stage}}, SecondsBuckets());
+}
+
+}  // namespace amhex::server

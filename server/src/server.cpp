@@ -1,0 +1,218 @@
+#include "server.h"
+
+#include <fcntl.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <prometheus/exposer.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+#include "blob_service.h"
+#include "job_manager.h"
+#include "logging.h"
+#include "meshing_service.h"
+#include "sqlite_job_store.h"
+#include "status_macros.h"
+#include "version.h"
+#include "worker_pool.h"
+
+namespace amhex::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBlockingThreads = 8;
+// What is left of calls after the workers have stopped may finish within this.
+constexpr absl::Duration kCallGrace = absl::Seconds(2);
+constexpr char kMesherService[] = "amhex.v1.Mesher";
+constexpr char kBlobsService[] = "amhex.v1.Blobs";
+constexpr char kWorkerService[] = "worker";
+constexpr int kMaxStreamsPerConnection = 1024;
+constexpr int kMaxMetadataBytes = 16 * 1024;
+constexpr int kMinPingIntervalMilliseconds = 30'000;
+
+// Removes a folder at the end.
+struct TemporaryFolder {
+  std::string path;
+  ~TemporaryFolder() {
+    std::error_code error;
+    if (!path.empty()) fs::remove_all(path, error);
+  }
+};
+
+absl::StatusOr<std::string> MakeTemporaryFolder() {
+  std::error_code error;
+  std::string path = (fs::temp_directory_path(error) / "amhexd-XXXXXX").string();
+  if (mkdtemp(path.data()) == nullptr) return FileError("cannot make a temporary folder", errno);
+  return path;
+}
+
+// Two servers on one queue would both run its jobs.
+absl::StatusOr<UniqueFd> LockFolder(const std::string& folder) {
+  AMHEX_ASSIGN_OR_RETURN(UniqueFd lock, OpenFile(folder + "/lock", O_RDWR | O_CREAT));
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    return absl::FailedPreconditionError("another amhexd uses the data folder");
+  }
+  return lock;
+}
+
+std::string WithPort(const std::string& address, int port) {
+  const size_t colon = address.rfind(':');
+  if (address.compare(0, 4, "unix") == 0 || colon == std::string::npos) return address;
+  return address.substr(0, colon + 1) + std::to_string(port);
+}
+
+}  // namespace
+
+struct Server::Parts {
+  ServerOptions options;
+  TemporaryFolder temporary;
+  UniqueFd lock;
+  std::unique_ptr<Metrics> metrics;
+  std::unique_ptr<JobManager> manager;
+  std::unique_ptr<WorkerPool> pool;
+  std::unique_ptr<BlockingExecutor> executor;
+  std::unique_ptr<MeshingService> meshing_service;
+  std::unique_ptr<BlobService> blob_service;
+  std::unique_ptr<grpc::Server> grpc_server;
+  std::unique_ptr<prometheus::Exposer> exposer;
+  std::vector<std::string> addresses;
+  std::string metrics_address;
+  std::atomic<bool> stopping{false};
+  bool stopped = false;
+
+  absl::Status OpenStores();
+  absl::Status StartGrpc();
+  absl::Status StartMetrics();
+  void ShowHealth(int ready_count);
+};
+
+absl::Status Server::Parts::OpenStores() {
+  std::string folder = options.data_dir;
+  if (options.ephemeral) {
+    AMHEX_ASSIGN_OR_RETURN(temporary.path, MakeTemporaryFolder());
+    folder = temporary.path;
+  }
+  AMHEX_RETURN_IF_ERROR(MakeFolders(folder));
+  AMHEX_ASSIGN_OR_RETURN(lock, LockFolder(folder));
+  AMHEX_ASSIGN_OR_RETURN(
+      auto store, SqliteJobStore::Open(options.ephemeral ? ":memory:" : folder + "/jobs.db"));
+  AMHEX_ASSIGN_OR_RETURN(auto blobs, BlobStore::Open(folder, options.limits));
+  metrics = std::make_unique<Metrics>(kServerVersion);
+  JobManager::Options manager_options;
+  manager_options.limits = options.limits;
+  AMHEX_ASSIGN_OR_RETURN(manager, JobManager::Create(manager_options, std::move(store),
+                                                     std::move(blobs), metrics.get()));
+  WorkerPool::Options pool_options;
+  pool_options.command = {options.worker, options.limits.max_worker_memory_bytes};
+  pool_options.worker_count = options.worker_count;
+  pool = std::make_unique<WorkerPool>(pool_options, manager.get());
+  return absl::OkStatus();
+}
+
+absl::Status Server::Parts::StartGrpc() {
+  executor = std::make_unique<BlockingExecutor>(kBlockingThreads);
+  meshing_service = std::make_unique<MeshingService>(manager.get(), pool.get(), executor.get());
+  blob_service = std::make_unique<BlobService>(manager.get(), executor.get());
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  std::vector<int> ports(options.listen.size(), 0);
+  for (size_t i = 0; i < options.listen.size(); ++i) {
+    builder.AddListeningPort(options.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
+  }
+  const auto max_message = static_cast<int>(options.limits.max_message_bytes);
+  builder.SetMaxReceiveMessageSize(max_message);
+  builder.SetMaxSendMessageSize(max_message);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                             kMinPingIntervalMilliseconds);
+  builder.RegisterService(meshing_service.get());
+  builder.RegisterService(blob_service.get());
+  grpc_server = builder.BuildAndStart();
+  for (size_t i = 0; i < ports.size(); ++i) {
+    if (!grpc_server || ports[i] == 0) {
+      return absl::UnavailableError("cannot serve on " + options.listen[i]);
+    }
+    addresses.push_back(WithPort(options.listen[i], ports[i]));
+  }
+  ShowHealth(0);
+  return absl::OkStatus();
+}
+
+absl::Status Server::Parts::StartMetrics() {
+  if (options.metrics_listen.empty()) return absl::OkStatus();
+  try {
+    exposer = std::make_unique<prometheus::Exposer>(options.metrics_listen);
+  } catch (const std::exception&) {
+    return absl::UnavailableError("cannot serve metrics on " + options.metrics_listen);
+  }
+  exposer->RegisterCollectable(metrics->registry());
+  metrics_address = WithPort(options.metrics_listen, exposer->GetListeningPorts().front());
+  return absl::OkStatus();
+}
+
+// "" tells that the process lives, also while it drains; the others whether they are of use.
+void Server::Parts::ShowHealth(int ready_count) {
+  auto* health = grpc_server->GetHealthCheckService();
+  const bool ready = ready_count > 0 && !stopping;
+  health->SetServingStatus(kMesherService, ready);
+  health->SetServingStatus(kWorkerService, ready_count > 0);
+  health->SetServingStatus(kBlobsService, !stopping);
+}
+
+Server::Server(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+absl::StatusOr<std::unique_ptr<Server>> Server::Create(const ServerOptions& options) {
+  AMHEX_RETURN_IF_ERROR(Validate(options));
+  auto parts = std::make_unique<Parts>();
+  parts->options = options;
+  std::unique_ptr<Server> server(new Server(std::move(parts)));
+  AMHEX_RETURN_IF_ERROR(server->parts_->OpenStores());
+  AMHEX_RETURN_IF_ERROR(server->parts_->StartMetrics());
+  AMHEX_RETURN_IF_ERROR(server->parts_->StartGrpc());
+  server->parts_->pool->Start(
+      [raw = server->parts_.get()](int ready_count) { raw->ShowHealth(ready_count); });
+  for (const std::string& address : server->addresses()) {
+    LogInfo("serving", {{"address", address}, {"version", kServerVersion}});
+  }
+  return server;
+}
+
+Server::~Server() {
+  if (parts_->grpc_server && !parts_->stopped) Stop(absl::Now());
+}
+
+const std::vector<std::string>& Server::addresses() const { return parts_->addresses; }
+const std::string& Server::metrics_address() const { return parts_->metrics_address; }
+JobManager& Server::manager() { return *parts_->manager; }
+WorkerPool& Server::pool() { return *parts_->pool; }
+
+void Server::Stop(absl::Time deadline) {
+  if (parts_->stopping.exchange(true)) {
+    parts_->pool->HurryUp(deadline);
+    return;
+  }
+  LogInfo("draining", {{"seconds", absl::ToDoubleSeconds(deadline - absl::Now())}});
+  parts_->ShowHealth(parts_->pool->ready_count());
+  if (deadline > absl::Now()) absl::SleepFor(parts_->options.drain_delay);
+  parts_->manager->StartDraining();
+  parts_->pool->Stop(deadline);
+  parts_->manager->CloseFeeds();
+  parts_->grpc_server->Shutdown(absl::ToChronoTime(absl::Now() + kCallGrace));
+  parts_->grpc_server->Wait();
+  parts_->exposer.reset();
+  parts_->executor.reset();
+  parts_->stopped = true;
+  LogInfo("stopped", {});
+}
+
+}  // namespace amhex::server

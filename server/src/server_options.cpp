@@ -1,0 +1,196 @@
+#include "server_options.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "version.h"
+
+namespace amhex::server {
+namespace {
+
+constexpr char kUnixPrefix[] = "unix:";
+
+bool StartsWith(const std::string& text, const std::string& prefix) {
+  return text.compare(0, prefix.size(), prefix) == 0;
+}
+
+// amhex-worker in the folder of this executable.
+std::string DefaultWorker() {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? "amhex-worker" : (self.parent_path() / "amhex-worker").string();
+}
+
+// Memory for one worker so that all together leave a fifth of the machine alone.
+int64_t DefaultWorkerMemory(int worker_count) {
+  const int64_t total = int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  return total / 5 * 4 / std::max(worker_count, 1);
+}
+
+// Options that CLI11 reads as plain numbers.
+struct RawSeconds {
+  double drain_delay;
+  double drain_timeout;
+  double max_run;
+  double max_retention;
+  double retention;
+};
+
+void AddServingFlags(CLI::App* app, ServerOptions* options) {
+  app->add_option("--listen", options->listen, "Address to serve on: host:port or unix:/path")
+      ->envname("AMHEX_LISTEN")
+      ->delimiter(',')
+      ->capture_default_str();
+  app->add_option("--metrics-listen", options->metrics_listen,
+                  "Address of the Prometheus page; empty: none")
+      ->envname("AMHEX_METRICS_LISTEN")
+      ->capture_default_str();
+  app->add_flag("--insecure", options->insecure,
+                "Permit plaintext on addresses that other machines can reach")
+      ->envname("AMHEX_INSECURE");
+  app->add_option("--data-dir", options->data_dir, "Folder of the queue and the blobs")
+      ->envname("AMHEX_DATA_DIR")
+      ->capture_default_str();
+  app->add_flag("--ephemeral", options->ephemeral, "Forget everything at the end")
+      ->envname("AMHEX_EPHEMERAL");
+  app->add_option("--port-file", options->port_file,
+                  "File to write the addresses to once the server serves")
+      ->envname("AMHEX_PORT_FILE");
+  app->add_option("--log-level", options->log_level, "trace, debug, info, warning or error")
+      ->envname("AMHEX_LOG_LEVEL")
+      ->capture_default_str();
+}
+
+void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
+  app->add_option("--worker", options->worker, "Executable of the workers")
+      ->envname("AMHEX_WORKER");
+  app->add_option("--workers", options->worker_count, "Jobs that run at the same time")
+      ->envname("AMHEX_WORKERS")
+      ->capture_default_str();
+  options->limits.max_worker_memory_bytes = -1;
+  app->add_option("--worker-memory-bytes", options->limits.max_worker_memory_bytes,
+                  "Memory of one worker; 0: no bound; -1: 80 % of the machine's, shared")
+      ->envname("AMHEX_WORKER_MEMORY_BYTES")
+      ->capture_default_str();
+}
+
+void AddLimitFlags(CLI::App* app, Limits* limits) {
+  app->add_option("--max-blob-bytes", limits->max_blob_bytes, "Largest input or result")
+      ->envname("AMHEX_MAX_BLOB_BYTES")
+      ->capture_default_str();
+  app->add_option("--max-blob-store-bytes", limits->max_blob_store_bytes,
+                  "All inputs and results together; 0: no bound")
+      ->envname("AMHEX_MAX_BLOB_STORE_BYTES")
+      ->capture_default_str();
+  app->add_option("--max-queued-jobs", limits->max_queued_job_count, "Jobs that may wait")
+      ->envname("AMHEX_MAX_QUEUED_JOBS")
+      ->capture_default_str();
+  app->add_option("--max-points", limits->max_point_count, "Points of an input")
+      ->envname("AMHEX_MAX_POINTS")
+      ->capture_default_str();
+  app->add_option("--max-triangles", limits->max_triangle_count, "Triangles of an input")
+      ->envname("AMHEX_MAX_TRIANGLES")
+      ->capture_default_str();
+  app->add_option("--max-attempts", limits->max_attempts,
+                  "Attempts before a job whose worker keeps dying fails")
+      ->envname("AMHEX_MAX_ATTEMPTS")
+      ->capture_default_str();
+}
+
+void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
+  app->add_option("--drain-delay", seconds->drain_delay,
+                  "Seconds between NOT_SERVING and the end of accepting")
+      ->envname("AMHEX_DRAIN_DELAY")
+      ->capture_default_str();
+  app->add_option("--drain-timeout", seconds->drain_timeout,
+                  "Seconds for running jobs to finish on shutdown")
+      ->envname("AMHEX_DRAIN_TIMEOUT")
+      ->capture_default_str();
+  app->add_option("--max-run-seconds", seconds->max_run, "Longest run of a job")
+      ->envname("AMHEX_MAX_RUN_SECONDS")
+      ->capture_default_str();
+  app->add_option("--max-retention-seconds", seconds->max_retention,
+                  "Longest time a job may ask to be kept")
+      ->envname("AMHEX_MAX_RETENTION_SECONDS")
+      ->capture_default_str();
+  app->add_option("--retention-seconds", seconds->retention,
+                  "Time a finished job is kept if it does not say")
+      ->envname("AMHEX_RETENTION_SECONDS")
+      ->capture_default_str();
+}
+
+absl::Status Refuse(const std::string& problem) { return absl::InvalidArgumentError(problem); }
+
+}  // namespace
+
+absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code) {
+  ServerOptions options;
+  RawSeconds seconds{absl::ToDoubleSeconds(options.drain_delay),
+                     absl::ToDoubleSeconds(options.drain_timeout),
+                     absl::ToDoubleSeconds(options.limits.max_run_duration),
+                     absl::ToDoubleSeconds(options.limits.max_retention_duration),
+                     absl::ToDoubleSeconds(options.limits.default_retention_duration)};
+  CLI::App app("amhexd: turns scans into at-most-hexa volume meshes, as a gRPC service");
+  app.set_version_flag("--version", std::string(kServerVersion));
+  AddServingFlags(&app, &options);
+  AddWorkerFlags(&app, &options);
+  AddLimitFlags(&app, &options.limits);
+  AddTimeFlags(&app, &seconds);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    *exit_code = app.exit(error);
+    return Refuse("the command line was not understood");
+  }
+  options.drain_delay = absl::Seconds(seconds.drain_delay);
+  options.drain_timeout = absl::Seconds(seconds.drain_timeout);
+  options.limits.max_run_duration = absl::Seconds(seconds.max_run);
+  options.limits.max_retention_duration = absl::Seconds(seconds.max_retention);
+  options.limits.default_retention_duration = absl::Seconds(seconds.retention);
+  if (options.worker.empty()) options.worker = DefaultWorker();
+  if (options.limits.max_worker_memory_bytes < 0) {
+    options.limits.max_worker_memory_bytes = DefaultWorkerMemory(options.worker_count);
+  }
+  *exit_code = 2;
+  if (const absl::Status status = Validate(options); !status.ok()) return status;
+  return options;
+}
+
+absl::Status Validate(const ServerOptions& options) {
+  if (options.listen.empty()) return Refuse("--listen needs at least one address");
+  for (const std::string& address : options.listen) {
+    if (!IsLocalAddress(address) && !options.insecure) {
+      return Refuse("--listen " + address +
+                    " can be reached by other machines in plaintext; give --insecure if that is "
+                    "wanted, e.g. behind a proxy");
+    }
+  }
+  if (options.worker_count < 1 || options.worker_count > 64) {
+    return Refuse("--workers must be in [1, 64], got " + std::to_string(options.worker_count));
+  }
+  if (access(options.worker.c_str(), X_OK) != 0) {
+    return Refuse("--worker " + options.worker + " is no executable file");
+  }
+  const Limits& limits = options.limits;
+  if (limits.max_blob_bytes < 1 || limits.max_queued_job_count < 1 || limits.max_point_count < 1 ||
+      limits.max_triangle_count < 1 || limits.max_attempts < 1 || limits.max_blob_store_bytes < 0) {
+    return Refuse("a --max option is not positive");
+  }
+  if (limits.max_run_duration <= absl::ZeroDuration() ||
+      limits.default_retention_duration <= absl::ZeroDuration() ||
+      limits.default_retention_duration > limits.max_retention_duration ||
+      options.drain_delay < absl::ZeroDuration() || options.drain_timeout < absl::ZeroDuration()) {
+    return Refuse("a time is not positive, or --retention-seconds exceeds its maximum");
+  }
+  return absl::OkStatus();
+}
+
+bool IsLocalAddress(const std::string& address) {
+  return StartsWith(address, kUnixPrefix) || StartsWith(address, "unix-abstract:") ||
+         StartsWith(address, "127.") || StartsWith(address, "localhost:") ||
+         StartsWith(address, "[::1]:");
+}
+
+}  // namespace amhex::server

@@ -1,0 +1,53 @@
+// Every option of amhexd: its flag, environment name, default and unit.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "service_limits.h"
+
+namespace amhex::server {
+
+struct ServerOptions {
+  // Addresses to serve on: host:port (port 0: any free one) or unix:/path.
+  std::vector<std::string> listen = {"127.0.0.1:50051"};
+  // Address of the Prometheus page, host:port; empty: none.
+  std::string metrics_listen = "127.0.0.1:9464";
+  // Permits plaintext on addresses other machines can reach.
+  bool insecure = false;
+
+  // Folder of the queue and the blobs.
+  std::string data_dir = "/var/lib/amhex";
+  // Keeps everything in a temporary folder that goes with the process; data_dir is not used.
+  bool ephemeral = false;
+  // File to write once the server serves: lines "grpc=ADDRESS" and "metrics=ADDRESS". Empty: none.
+  std::string port_file;
+
+  // The worker's executable; empty: amhex-worker beside this executable.
+  std::string worker;
+  int worker_count = 1;
+
+  // Time between NOT_SERVING and the end of accepting, for load balancers to notice.
+  absl::Duration drain_delay = absl::ZeroDuration();
+  // Time for running jobs to finish on shutdown; then they go back to the queue.
+  absl::Duration drain_timeout = absl::Seconds(30);
+
+  std::string log_level = "info";
+  Limits limits;
+};
+
+// Reads flags and environment. On --help or a bad flag, prints and returns the exit code to end
+// with in `exit_code`, and an error.
+absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code);
+
+// INVALID_ARGUMENT naming the flag, the value and what is permitted.
+absl::Status Validate(const ServerOptions& options);
+
+// True for unix sockets and loopback addresses.
+bool IsLocalAddress(const std::string& address);
+
+}  // namespace amhex::server

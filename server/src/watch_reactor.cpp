@@ -1,0 +1,114 @@
+#include "watch_reactor.h"
+
+#include <utility>
+
+#include "grpc_status.h"
+#include "request_checks.h"
+#include "time_convert.h"
+
+namespace amhex::server {
+
+class WatchReactor::Waker : public FeedListener {
+ public:
+  explicit Waker(WatchReactor* reactor) : reactor_(reactor) {}
+
+  void Wake() override {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (reactor_ != nullptr) reactor_->Pump();
+  }
+
+  void Detach() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    reactor_ = nullptr;
+  }
+
+ private:
+  std::mutex mutex_;
+  WatchReactor* reactor_;
+};
+
+WatchReactor::WatchReactor(const amhex::v1::WatchJobRequest& request, JobManager* manager,
+                           BlockingExecutor* executor)
+    : manager_(manager), waker_(std::make_shared<Waker>(this)) {
+  // gRPC keeps the call open until Finish, so the reactor outlives this task.
+  executor->Post([this, request] { Open(request); });
+}
+
+void WatchReactor::Open(const amhex::v1::WatchJobRequest& request) {
+  absl::Status status = CheckWatch(request);
+  if (status.ok()) {
+    auto reader = manager_->Watch(request.name().substr(std::string("jobs/").size()),
+                                  request.after_seq(), FromProto(request.min_interval()), waker_);
+    status = reader.status();
+    if (status.ok()) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      reader_ = *std::move(reader);
+    }
+  }
+  if (status.ok()) {
+    Pump();
+  } else {
+    End(status);
+  }
+}
+
+void WatchReactor::Pump() {
+  FeedReader::Item item;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (!reader_ || writing_ || finished_) return;
+    if (cancelled_) {
+      item.end = absl::CancelledError("the client ended the stream");
+    } else {
+      item = reader_->Next(absl::Now());
+    }
+    if (item.frame) {
+      frame_ = *std::move(item.frame);
+      writing_ = true;
+    }
+  }
+  if (item.frame) {
+    manager_->metrics().ProgressFrames("sent").Increment();
+    StartWrite(&frame_);
+  } else if (item.end) {
+    End(*item.end);
+  }
+}
+
+void WatchReactor::End(const absl::Status& status) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (finished_) return;
+    finished_ = true;
+  }
+  Finish(ToGrpc(status));
+}
+
+void WatchReactor::OnWriteDone(bool ok) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    writing_ = false;
+    cancelled_ = cancelled_ || !ok;
+  }
+  Pump();
+}
+
+void WatchReactor::OnCancel() {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    cancelled_ = true;
+  }
+  Pump();
+}
+
+void WatchReactor::OnDone() {
+  waker_->Detach();
+  if (reader_) {
+    manager_->metrics()
+        .ProgressFrames("conflated")
+        .Increment(static_cast<double>(reader_->conflated_count()));
+  }
+  delete this;
+}
+
+}  // namespace amhex::server

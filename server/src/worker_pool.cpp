@@ -1,0 +1,83 @@
+#include "worker_pool.h"
+
+#include <utility>
+
+#include "errors.h"
+#include "status_macros.h"
+#include "worker_slot.h"
+
+namespace amhex::server {
+namespace {
+
+constexpr absl::Duration kEstimatePatience = absl::Seconds(60);
+
+}  // namespace
+
+WorkerPool::WorkerPool(const Options& options, JobManager* manager)
+    : options_(options), manager_(manager) {}
+
+WorkerPool::~WorkerPool() { Stop(absl::Now()); }
+
+void WorkerPool::Start(std::function<void(int)> on_ready_change) {
+  on_ready_change_ = std::move(on_ready_change);
+  for (int i = 0; i < options_.worker_count; ++i) {
+    slots_.push_back(std::make_unique<WorkerSlot>(this, i));
+  }
+  for (const auto& slot : slots_) slot->Start();
+}
+
+void WorkerPool::Stop(absl::Time deadline) {
+  HurryUp(deadline);
+  for (const auto& slot : slots_) slot->Join();
+}
+
+void WorkerPool::HurryUp(absl::Time deadline) {
+  for (const auto& slot : slots_) slot->StartStopping(deadline);
+}
+
+void WorkerPool::ChangeReadyCount(int change) {
+  const int count = ready_count_ += change;
+  manager_->metrics().workers_ready.Set(count);
+  if (on_ready_change_) on_ready_change_(count);
+}
+
+amhex::worker::Hello WorkerPool::hello() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return hello_;
+}
+
+std::vector<pid_t> WorkerPool::pids() const {
+  std::vector<pid_t> pids;
+  for (const auto& slot : slots_) {
+    if (slot->pid() != 0) pids.push_back(slot->pid());
+  }
+  return pids;
+}
+
+absl::StatusOr<amhex::v1::CostEstimate> WorkerPool::Estimate(amhex::worker::RunJob order) {
+  const absl::Time deadline = absl::Now() + kEstimatePatience;
+  AMHEX_ASSIGN_OR_RETURN(auto process,
+                         WorkerProcess::Start(options_.command, options_.start_patience));
+  order.set_estimate_only(true);
+  amhex::worker::ToWorker frame;
+  *frame.mutable_run() = std::move(order);
+  AMHEX_RETURN_IF_ERROR(process->channel().Send(frame));
+  amhex::worker::FromWorker news;
+  while (true) {
+    const auto outcome = process->channel().Receive(&news, deadline - absl::Now());
+    if (!outcome.ok()) {
+      return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
+                       "the input killed the decoder");
+    }
+    if (*outcome == FrameChannel::Outcome::kTimeout) {
+      return ServerFault("the estimate took longer than " +
+                         absl::FormatDuration(kEstimatePatience));
+    }
+    if (!news.has_finished()) continue;
+    const absl::Status error = FromRpcStatus(news.finished().error());
+    if (!error.ok()) return error;
+    return news.finished().estimate();
+  }
+}
+
+}  // namespace amhex::server

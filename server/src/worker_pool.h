@@ -1,0 +1,74 @@
+// Starts the workers, hands them jobs, watches, stops and replaces them.
+//
+// One thread per worker: it waits for an attempt, relays what the child says, and decides what a
+// child's death means. Nothing else in the server knows that workers are processes.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "job_manager.h"
+#include "worker/worker_protocol.pb.h"
+#include "worker_process.h"
+
+namespace amhex::server {
+
+class WorkerSlot;
+
+// Thread-safe.
+class WorkerPool {
+ public:
+  struct Options {
+    WorkerCommand command;
+    int worker_count = 1;
+    // A worker that was asked to stop is killed after this.
+    absl::Duration stop_patience = absl::Seconds(5);
+    // Time for a worker to say hello.
+    absl::Duration start_patience = absl::Seconds(60);
+  };
+
+  WorkerPool(const Options& options, JobManager* manager);
+  ~WorkerPool();  // as Stop(absl::Now())
+
+  // Starts the threads; the workers come up in the background. `on_ready_change` is told the number
+  // of workers that can take jobs, from any thread, until Stop has returned.
+  void Start(std::function<void(int ready_count)> on_ready_change);
+  // Lets running jobs finish until `deadline`, then gives them back. Once; joins the threads.
+  void Stop(absl::Time deadline);
+  // From another thread, moves the deadline of a Stop under way.
+  void HurryUp(absl::Time deadline);
+
+  // Estimates the cost of a job in a worker of its own; blocks for it.
+  absl::StatusOr<amhex::v1::CostEstimate> Estimate(amhex::worker::RunJob order);
+
+  int ready_count() const { return ready_count_.load(); }
+  // The hello of the latest worker that came up; empty before.
+  amhex::worker::Hello hello() const;
+  // The process ids of the workers that are up; for tests and logs.
+  std::vector<pid_t> pids() const;
+
+  const Options& options() const { return options_; }
+
+ private:
+  friend class WorkerSlot;
+
+  const Options options_;
+  JobManager* const manager_;
+  void ChangeReadyCount(int change);
+
+  std::function<void(int)> on_ready_change_;
+  mutable std::mutex mutex_;
+  amhex::worker::Hello hello_;
+  std::atomic<int> ready_count_{0};
+  std::vector<std::unique_ptr<WorkerSlot>> slots_;
+};
+
+}  // namespace amhex::server

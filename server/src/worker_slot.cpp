@@ -1,0 +1,262 @@
+#include "worker_slot.h"
+
+#include <signal.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "errors.h"
+#include "logging.h"
+#include "time_convert.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::worker::FromWorker;
+using amhex::worker::ToWorker;
+
+constexpr absl::Duration kIdleCheckInterval = absl::Seconds(1);
+constexpr absl::Duration kMaxRestartDelay = absl::Seconds(30);
+// Events in a run are looked for at least this often.
+constexpr absl::Duration kMaxNewsWait = absl::Milliseconds(250);
+// Beyond its deadline a worker that does not react is stopped from outside.
+constexpr absl::Duration kRunTimeoutGrace = absl::Seconds(2);
+
+bool IsCrashSignal(int signal) {
+  return signal == SIGABRT || signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||
+         signal == SIGILL;
+}
+
+absl::Status RunTimeout() {
+  return MakeError(absl::StatusCode::kDeadlineExceeded, amhex::v1::RUN_TIMEOUT,
+                   "the job ran longer than its run_timeout");
+}
+
+}  // namespace
+
+WorkerSlot::WorkerSlot(WorkerPool* pool, int number)
+    : pool_(pool), manager_(pool->manager_), name_("worker-" + std::to_string(number)) {}
+
+WorkerSlot::~WorkerSlot() { Join(); }
+
+void WorkerSlot::Start() {
+  thread_ = std::thread([this] { Loop(); });
+}
+
+void WorkerSlot::StartStopping(absl::Time deadline) {
+  stop_deadline_nanos_ = absl::ToUnixNanos(deadline);
+  stopping_ = true;
+  sleep_wake_.notify_all();
+}
+
+void WorkerSlot::Join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+bool WorkerSlot::Stopping() const { return stopping_.load(); }
+
+void WorkerSlot::Loop() {
+  while (!Stopping()) {
+    if (!EnsureProcess()) continue;
+    CheckIdleProcess();
+    if (!process_) continue;
+    if (auto attempt = manager_->WaitForAttempt(name_, kIdleCheckInterval)) {
+      RunAttempt(std::move(attempt));
+    }
+  }
+  LoseProcess("");
+}
+
+// True when a worker is up; waits a while after failures.
+bool WorkerSlot::EnsureProcess() {
+  if (process_) return true;
+  if (failed_starts_ > 0) {
+    const int doublings = std::min(failed_starts_ - 1, 10);
+    const absl::Duration delay =
+        std::min(absl::Milliseconds(100) * (1 << doublings), kMaxRestartDelay);
+    std::unique_lock<std::mutex> lock(sleep_mutex_);
+    sleep_wake_.wait_for(lock, absl::ToChronoMilliseconds(delay), [this] { return Stopping(); });
+    if (Stopping()) return false;
+  }
+  auto started = WorkerProcess::Start(pool_->options_.command, pool_->options_.start_patience);
+  if (!started.ok()) {
+    ++failed_starts_;
+    LogError("worker_start_failed", {{"worker", name_},
+                                     {"failures", int64_t{failed_starts_}},
+                                     {"message", std::string(started.status().message())}});
+    return false;
+  }
+  process_ = *std::move(started);
+  pid_ = process_->pid();
+  {
+    std::lock_guard<std::mutex> lock(pool_->mutex_);
+    pool_->hello_ = process_->hello();
+  }
+  pool_->ChangeReadyCount(1);
+  LogInfo("worker_ready", {{"worker", name_},
+                           {"worker_pid", int64_t{process_->pid()}},
+                           {"engine", process_->hello().engine_version()}});
+  return true;
+}
+
+// An idle worker has nothing to say; if its socket speaks, it has died.
+void WorkerSlot::CheckIdleProcess() {
+  FromWorker news;
+  const auto outcome = process_->channel().Receive(&news, absl::ZeroDuration());
+  if (outcome.ok() && *outcome == FrameChannel::Outcome::kTimeout) return;
+  process_->Kill();
+  const WorkerExit exit = process_->Wait();
+  LogWarning("worker_died_idle", {{"worker", name_}, {"how", exit.Description()}});
+  ++failed_starts_;
+  LoseProcess("idle_death");
+}
+
+void WorkerSlot::LoseProcess(const std::string& cause) {
+  if (!process_) return;
+  process_.reset();
+  pid_ = 0;
+  pool_->ChangeReadyCount(-1);
+  if (!cause.empty()) manager_->metrics().WorkerRestarts(cause).Increment();
+}
+
+bool WorkerSlot::SendOrder(const Attempt& attempt) {
+  const Limits& limits = manager_->options().limits;
+  const amhex::v1::Job& job = attempt.job();
+  ToWorker frame;
+  auto& order = *frame.mutable_run();
+  order.set_job(job.name());
+  order.set_input_path(manager_->blobs().PathOf(job.input().sha256()));
+  order.set_input_encoding(job.input_encoding());
+  order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
+  order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);
+  order.mutable_input_limits()->set_max_attribute_count(limits.max_attribute_count);
+  *order.mutable_params() = job.params();
+  *order.mutable_run_timeout() = job.run_timeout();
+  order.set_output_path(attempt.work_path());
+  return process_->channel().Send(frame).ok();
+}
+
+void WorkerSlot::RunAttempt(std::shared_ptr<Attempt> attempt) {
+  Run run;
+  const absl::Time now = absl::Now();
+  run.attempt = std::move(attempt);
+  run.next_heartbeat = now + manager_->options().lease / 3;
+  run.run_deadline = now + FromProto(run.attempt->job().run_timeout()) + kRunTimeoutGrace;
+  if (!SendOrder(*run.attempt)) {
+    HandleDeath(&run);
+    return;
+  }
+  while (!run.over) {
+    CheckStopCauses(&run);
+    if (!run.over) WaitForNews(&run);
+  }
+}
+
+void WorkerSlot::CheckStopCauses(Run* run) {
+  const absl::Time now = absl::Now();
+  if (now >= run->next_heartbeat) {
+    run->next_heartbeat = now + manager_->options().lease / 3;
+    if (!manager_->KeepLease(*run->attempt)) {
+      LoseProcess("fenced");
+      run->over = true;
+      return;
+    }
+  }
+  if (run->stop_cause == StopCause::kNone) {
+    if (run->attempt->cancel_requested()) {
+      AskToStop(StopCause::kCancel, run);
+    } else if (now >= run->run_deadline) {
+      AskToStop(StopCause::kTimeout, run);
+    } else if (Stopping() && absl::ToUnixNanos(now) >= stop_deadline_nanos_) {
+      AskToStop(StopCause::kShutdown, run);
+    }
+  }
+  // Its death is noticed as the end of the socket.
+  if (now >= run->kill_time) process_->Kill();
+}
+
+void WorkerSlot::AskToStop(StopCause cause, Run* run) {
+  run->stop_cause = cause;
+  run->kill_time = absl::Now() + pool_->options_.stop_patience;
+  ToWorker frame;
+  frame.mutable_stop();
+  // If it cannot be sent the worker is dead, which the next Receive tells.
+  process_->channel().Send(frame).IgnoreError();
+}
+
+void WorkerSlot::WaitForNews(Run* run) {
+  FromWorker news;
+  const int wake_fd = run->stop_cause == StopCause::kNone ? run->attempt->wake_fd() : -1;
+  const auto outcome = process_->channel().Receive(&news, kMaxNewsWait, wake_fd);
+  if (!outcome.ok()) {
+    process_->Kill();
+    HandleDeath(run);
+  } else if (*outcome == FrameChannel::Outcome::kFrame) {
+    Handle(news, run);
+  }
+}
+
+void WorkerSlot::Handle(const FromWorker& news, Run* run) {
+  switch (news.news_case()) {
+    case FromWorker::kProgress:
+      run->stage = news.progress().stage();
+      manager_->ReportProgress(*run->attempt, news.progress());
+      break;
+    case FromWorker::kStage:
+      manager_->ReportStage(*run->attempt, news.stage());
+      break;
+    case FromWorker::kFinished:
+      HandleFinished(news.finished(), run);
+      break;
+    case FromWorker::kHello:
+    case FromWorker::NEWS_NOT_SET:
+      break;
+  }
+}
+
+void WorkerSlot::HandleFinished(const amhex::worker::Finished& finished, Run* run) {
+  run->over = true;
+  failed_starts_ = 0;
+  const absl::Status error = FromRpcStatus(finished.error());
+  if (error.ok()) {
+    manager_->Succeed(*run->attempt, finished.result());
+  } else if (absl::IsCancelled(error) && run->stop_cause == StopCause::kCancel) {
+    manager_->EndCancelled(*run->attempt);
+  } else if (absl::IsCancelled(error) && run->stop_cause == StopCause::kShutdown) {
+    manager_->GiveBack(*run->attempt);
+  } else if (absl::IsCancelled(error) && run->stop_cause == StopCause::kTimeout) {
+    manager_->Fail(*run->attempt, RunTimeout());
+  } else {
+    manager_->Fail(*run->attempt, error);
+  }
+}
+
+void WorkerSlot::HandleDeath(Run* run) {
+  run->over = true;
+  process_->Kill();
+  const WorkerExit exit = process_->Wait();
+  switch (run->stop_cause) {
+    case StopCause::kCancel:
+      manager_->EndCancelled(*run->attempt);
+      break;
+    case StopCause::kTimeout:
+      manager_->Fail(*run->attempt, RunTimeout());
+      break;
+    case StopCause::kShutdown:
+      manager_->GiveBack(*run->attempt);
+      break;
+    case StopCause::kNone:
+      ++failed_starts_;
+      if (run->stage == amhex::v1::STAGE_DECODE_INPUT && IsCrashSignal(exit.signal)) {
+        manager_->Fail(*run->attempt,
+                       MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
+                                 "the input killed the decoder: " + exit.Description()));
+      } else {
+        manager_->WorkerDied(*run->attempt, exit.Description());
+      }
+      break;
+  }
+  LoseProcess(run->stop_cause == StopCause::kNone ? "death_in_job" : "killed");
+}
+
+}  // namespace amhex::server
