@@ -1,6 +1,7 @@
 #include "input/cloud_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,6 +21,8 @@ constexpr double kFarRatio = 2.6;
 constexpr double kResidualWidth = 0.5;
 constexpr double kNormalWidth = 0.8;
 constexpr int kIterations = 3;
+// Samples whose influence is about to end add nothing but rounding errors.
+constexpr double kLeastFall = 1e-3;
 
 }  // namespace
 
@@ -28,43 +31,77 @@ CloudField::CloudField(CloudSamples samples)
       tree_(samples_.position),
       discs_(QueriesOf(DiscSoup(samples_))) {}
 
-CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
-  Local local;
-  std::vector<PointTree::Neighbour> near;
-  tree_.Nearest(p, kNeighbours, near);
-  const auto nearest = static_cast<size_t>(near.front().index);
-  const double ratio = std::sqrt(near.front().squared_distance) / samples_.spacing[nearest];
-  local.nearness = std::clamp((kFarRatio - ratio) / (kFarRatio - kNearRatio), 0.0, 1.0);
-  if (local.nearness <= 0) return local;
+// The samples that reach a point, and by how much.
+struct CloudField::Reach {
+  std::vector<int32_t> sample;
+  std::vector<Vec3d> position, normal;
+  std::vector<double> weight;  // of the smooth falloff alone
+  std::vector<double> fall;    // 1 - (distance / radius)^2
+  std::vector<double> radius;
+};
 
+// Robust implicit moving least squares over one smooth piece.
+void CloudField::FitPiece(const Vec3d& p, const Reach& reach, const SmoothPieces& pieces,
+                          uint8_t piece, Local& local) {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     double weights = 0, weighted_values = 0;
     Vec3d weight_gradient, value_gradient, normals;
-    for (const auto& n : near) {
-      const auto i = static_cast<size_t>(n.index);
-      const double radius = kInfluenceRatio * samples_.spacing[i];
-      const double fall = 1 - n.squared_distance / (radius * radius);
-      if (fall <= 0) continue;
-      const Vec3d offset = p - samples_.position[i];
-      const double value = Dot(offset, samples_.normal[i]);
+    for (size_t i = 0; i < reach.sample.size(); ++i) {
+      if (pieces.label[i] != piece) continue;
+      const Vec3d offset = p - reach.position[i];
+      const double value = Dot(offset, reach.normal[i]);
       double trust = 1;
       if (iteration > 0) {
-        const double residual = (value - local.distance) / (kResidualWidth * radius);
-        const double turn = Norm(samples_.normal[i] - local.gradient) / kNormalWidth;
+        const double residual = (value - local.distance) / (kResidualWidth * reach.radius[i]);
+        const double turn = Norm(reach.normal[i] - local.gradient) / kNormalWidth;
         trust = std::exp(-residual * residual - turn * turn);
       }
-      const double weight = trust * fall * fall * fall * fall;
-      const Vec3d gradient = offset * (trust * fall * fall * fall * -8 / (radius * radius));
+      const double weight = trust * reach.weight[i];
+      const Vec3d gradient =
+          offset * (-8 * weight / (reach.fall[i] * reach.radius[i] * reach.radius[i]));
       weights += weight, weighted_values += weight * value;
       weight_gradient += gradient, value_gradient += gradient * value;
-      normals += samples_.normal[i] * weight;
+      normals += reach.normal[i] * weight;
     }
     if (!(weights > 1e-12)) break;
     local.is_near = true;
     local.distance = weighted_values / weights;
     local.gradient = (value_gradient - weight_gradient * local.distance + normals) / weights;
   }
-  return local;
+}
+
+CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
+  std::vector<PointTree::Neighbour> near;
+  tree_.Nearest(p, kNeighbours, near);
+  const auto nearest = static_cast<size_t>(near.front().index);
+  const double ratio = std::sqrt(near.front().squared_distance) / samples_.spacing[nearest];
+  Local local;
+  local.nearness = std::clamp((kFarRatio - ratio) / (kFarRatio - kNearRatio), 0.0, 1.0);
+  if (local.nearness <= 0) return local;
+  Reach reach;
+  for (const auto& n : near) {
+    const auto i = static_cast<size_t>(n.index);
+    const double radius = kInfluenceRatio * samples_.spacing[i];
+    const double fall = 1 - n.squared_distance / (radius * radius);
+    if (fall <= kLeastFall) continue;
+    reach.sample.push_back(n.index);
+    reach.position.push_back(samples_.position[i]);
+    reach.normal.push_back(samples_.normal[i]);
+    reach.weight.push_back(fall * fall * fall * fall);
+    reach.fall.push_back(fall);
+    reach.radius.push_back(radius);
+  }
+  if (reach.sample.empty()) return local;
+  const SmoothPieces pieces = FindSmoothPieces(reach.position, reach.normal, reach.weight);
+  std::array<Local, kMaxPieces> fits;
+  std::array<double, kMaxPieces> distance{};
+  for (int piece = 0; piece < pieces.count; ++piece) {
+    Local& fit = fits[static_cast<size_t>(piece)];
+    fit.nearness = local.nearness;
+    FitPiece(p, reach, pieces, static_cast<uint8_t>(piece), fit);
+    distance[static_cast<size_t>(piece)] = fit.distance;
+  }
+  return fits[static_cast<size_t>(DecidingPiece(pieces, distance))];
 }
 
 double CloudField::Value(const Vec3d& p) const {

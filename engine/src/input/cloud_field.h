@@ -5,11 +5,13 @@
 #include "input/hull_queries.h"
 #include "input/level_surface.h"
 #include "input/point_tree.h"
+#include "input/smooth_pieces.h"
 
 namespace amhex {
 
-// Near samples: robust implicit moving least squares (Oztireli et al. 2009), which keeps sharp
-// edges; its radius follows the local spacing. Away from them: one half minus the winding number
+// Near samples: robust implicit moving least squares (Oztireli et al. 2009), its radius following
+// the local spacing; where faces meet sharply each has its own, and their solid's edge is kept
+// sharp (after Ohtake et al. 2003). Away from them: one half minus the winding number
 // of the samples' discs (Barill et al. 2018), which spans openings. Blended in between.
 class CloudField : public SurfaceField {
  public:
@@ -28,7 +30,10 @@ class CloudField : public SurfaceField {
     Vec3d gradient;
     double nearness = 0;  // [0, 1]; 1 = only the samples decide
   };
+  struct Reach;
   Local MovingLeastSquares(const Vec3d& p) const;
+  static void FitPiece(const Vec3d& p, const Reach& reach, const SmoothPieces& pieces,
+                       uint8_t piece, Local& local);
 
   const CloudSamples samples_;
   const PointTree tree_;

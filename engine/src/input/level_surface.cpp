@@ -8,19 +8,27 @@
 #include <utility>
 
 #include "base/status_macros.h"
+#include "input/collapse_short_edges.h"
+#include "input/flip_to_features.h"
 #include "input/sign_grid.h"
 
 namespace amhex {
 namespace {
 
 constexpr int64_t kMarginCells = 4;
+// In cells: keeps the flat faces of boxes off the grid's own planes, where dual vertices have no
+// room.
+constexpr Vec3d kGridShift{0.43, 0.37, 0.31};
 constexpr int kRootSteps = 8;
 // Roots this near are good enough, in cells.
 constexpr double kRootTolerance = 1e-3;
 // Directions of the normals weaker than this share of the strongest are noise (Ju et al. use 0.1).
 constexpr double kWeakestDirection = 0.15;
-// Vertices stay this far from their cell's walls, in cells, so that no two of them coincide.
-constexpr double kWallDistance = 0.02;
+// Vertices may leave their cell by this much, in cells, to reach a sharp edge just outside of it.
+constexpr double kOutsideReach = 0.4;
+// Edges shorter than this, in cells, are collapsed: vertices of neighbouring cells that found the
+// same place.
+constexpr double kShortestEdge = 0.3;
 
 struct Crossing {
   int64_t key = 0;  // 3 * serial of the lower node + axis
@@ -33,7 +41,7 @@ struct Crossing {
 
 struct DualVertex {
   Vec3d position;
-  bool is_feature = false;  // on a sharp edge or corner
+  uint8_t rank = 1;  // 1 smooth, 2 on a sharp edge, 3 at a corner
 };
 
 class DualSurface {
@@ -51,7 +59,12 @@ class DualSurface {
     std::vector<DualVertex> vertices(cells_.size());
     tbb::parallel_for(size_t{0}, cells_.size(),
                       [&](size_t i) { vertices[i] = PlaceVertex(cells_[i].second); });
-    return Connect(vertices);
+    TriangleMesh mesh = Connect(vertices);
+    std::vector<uint8_t> rank;
+    for (const DualVertex& vertex : vertices) rank.push_back(vertex.rank);
+    CollapseShortEdges(kShortestEdge * grid_.spacing, mesh, rank);
+    FlipToFeatures(rank, mesh);
+    return mesh;
   }
 
  private:
@@ -153,11 +166,12 @@ class DualSurface {
     }
     const int64_t nx = grid_.node_count[0], ny = grid_.node_count[1];
     const Vec3d low = signs_.Position({cell % nx, cell / nx % ny, cell / nx / ny});
-    const double wall = kWallDistance * grid_.spacing;
-    const Vec3d from = low + Vec3d{wall, wall, wall};
-    const double room = grid_.spacing - 2 * wall;
+    const double reach = kOutsideReach * grid_.spacing;
+    const Vec3d from = low - Vec3d{reach, reach, reach};
+    const double room = grid_.spacing + 2 * reach;
     const Vec3d wanted = mean + Vec3d{shift[0], shift[1], shift[2]};
-    return {ComponentMin(ComponentMax(wanted, from), from + Vec3d{room, room, room}), rank >= 2};
+    return {ComponentMin(ComponentMax(wanted, from), from + Vec3d{room, room, room}),
+            static_cast<uint8_t>(rank)};
   }
 
   TriangleMesh Connect(const std::vector<DualVertex>& vertices) const {
@@ -188,8 +202,8 @@ class DualSurface {
     const auto at = [&](size_t i) -> const DualVertex& {
       return vertices[static_cast<size_t>(quad[i])];
     };
-    const bool first_sharp = at(0).is_feature && at(2).is_feature;
-    const bool second_sharp = at(1).is_feature && at(3).is_feature;
+    const bool first_sharp = at(0).rank >= 2 && at(2).rank >= 2;
+    const bool second_sharp = at(1).rank >= 2 && at(3).rank >= 2;
     if (first_sharp != second_sharp) return first_sharp;
     return SquaredNorm(at(0).position - at(2).position) <=
            SquaredNorm(at(1).position - at(3).position);
@@ -209,11 +223,11 @@ LevelGrid GridAround(const Box3d& box, double spacing) {
   LevelGrid grid;
   grid.spacing = spacing;
   const double margin = static_cast<double>(kMarginCells) * spacing;
-  grid.low = box.low - Vec3d{margin, margin, margin};
+  grid.low = box.low - Vec3d{margin, margin, margin} - kGridShift * spacing;
   const Vec3d extent = box.Extent();
   for (int axis = 0; axis < 3; ++axis) {
     grid.node_count[static_cast<size_t>(axis)] =
-        static_cast<int64_t>(std::ceil(extent[axis] / spacing)) + 2 * kMarginCells + 1;
+        static_cast<int64_t>(std::ceil(extent[axis] / spacing)) + 2 * kMarginCells + 2;
   }
   return grid;
 }
