@@ -20,47 +20,63 @@ class Splitter {
   Splitter(const std::vector<Vec3d>& normal, const std::vector<double>& weight)
       : normal_(normal), weight_(weight) {}
 
-  // Parts the samples of piece `from` into `from` and `to`; undone if they hold together.
-  bool Split(uint8_t from, uint8_t to, std::vector<uint8_t>& label) const {
-    const std::vector<uint8_t> before = label;
-    Vec3d mean_a = MeanNormal(from, label);
-    // The normal farthest from the mean, then the one farthest from that.
-    mean_a = Farthest(Farthest(mean_a, from, label), from, label);
-    Vec3d mean_b = Farthest(mean_a, from, label);
-    if (AngleBetween(mean_a, mean_b) < kSmallestAngle) return false;
+  // Groups the normals around `count` seeds (Lloyd's k-means on directions, started from normals
+  // far from each other). False, with all labels 0, if the groups are not clearly apart.
+  bool Split(int count, std::vector<uint8_t>& label) const {
+    std::vector<Vec3d> seed = {MeanOf(label, 0)};
+    seed[0] = Farthest(seed);
+    while (static_cast<int>(seed.size()) < count) seed.push_back(Farthest(seed));
     for (int round = 0; round < kRounds; ++round) {
-      for (size_t i = 0; i < label.size(); ++i) {
-        if (before[i] != from) continue;
-        label[i] = Dot(normal_[i], mean_a) >= Dot(normal_[i], mean_b) ? from : to;
-      }
-      mean_a = MeanNormal(from, label), mean_b = MeanNormal(to, label);
+      for (size_t i = 0; i < label.size(); ++i) label[i] = Nearest(seed, normal_[i]);
+      for (size_t k = 0; k < seed.size(); ++k) seed[k] = MeanOf(label, static_cast<uint8_t>(k));
     }
-    const double angle = AngleBetween(mean_a, mean_b);
-    const double spread = std::max(Spread(from, mean_a, label), Spread(to, mean_b, label));
-    const bool apart = angle > kSmallestAngle && spread < kLargestSpreadRatio * angle &&
-                       std::count(label.begin(), label.end(), from) >= kFewestSamples &&
-                       std::count(label.begin(), label.end(), to) >= kFewestSamples;
-    if (!apart) label = before;
-    return apart;
+    if (AreApart(seed, label)) return true;
+    std::fill(label.begin(), label.end(), 0);
+    return false;
   }
 
  private:
-  Vec3d MeanNormal(uint8_t piece, const std::vector<uint8_t>& label) const {
+  bool AreApart(const std::vector<Vec3d>& mean, const std::vector<uint8_t>& label) const {
+    double least_angle = 4;
+    for (size_t a = 0; a < mean.size(); ++a) {
+      for (size_t b = a + 1; b < mean.size(); ++b) {
+        least_angle = std::min(least_angle, AngleBetween(mean[a], mean[b]));
+      }
+    }
+    if (least_angle < kSmallestAngle) return false;
+    for (size_t k = 0; k < mean.size(); ++k) {
+      const auto piece = static_cast<uint8_t>(k);
+      if (std::count(label.begin(), label.end(), piece) < kFewestSamples) return false;
+      if (Spread(piece, mean[k], label) > kLargestSpreadRatio * least_angle) return false;
+    }
+    return true;
+  }
+
+  static uint8_t Nearest(const std::vector<Vec3d>& seed, const Vec3d& normal) {
+    size_t best = 0;
+    for (size_t k = 1; k < seed.size(); ++k) {
+      if (Dot(seed[k], normal) > Dot(seed[best], normal)) best = k;
+    }
+    return static_cast<uint8_t>(best);
+  }
+
+  // The normal whose nearest seed is farthest.
+  Vec3d Farthest(const std::vector<Vec3d>& seed) const {
+    Vec3d farthest = seed[0];
+    double least = 2;
+    for (const Vec3d& normal : normal_) {
+      const double cosine = Dot(normal, seed[Nearest(seed, normal)]);
+      if (cosine < least) least = cosine, farthest = normal;
+    }
+    return farthest;
+  }
+
+  Vec3d MeanOf(const std::vector<uint8_t>& label, uint8_t piece) const {
     Vec3d sum;
     for (size_t i = 0; i < label.size(); ++i) {
       if (label[i] == piece) sum += normal_[i] * weight_[i];
     }
     return Normalized(sum);
-  }
-
-  Vec3d Farthest(const Vec3d& from, uint8_t piece, const std::vector<uint8_t>& label) const {
-    Vec3d farthest = from;
-    double least = 2;
-    for (size_t i = 0; i < label.size(); ++i) {
-      const double cosine = Dot(normal_[i], from);
-      if (label[i] == piece && cosine < least) least = cosine, farthest = normal_[i];
-    }
-    return farthest;
   }
 
   // Root of the mean squared angle to the mean.
@@ -86,9 +102,10 @@ SmoothPieces FindSmoothPieces(const std::vector<Vec3d>& position, const std::vec
   SmoothPieces pieces;
   pieces.label.assign(normal.size(), 0);
   const Splitter splitter(normal, weight);
-  if (!splitter.Split(0, 1, pieces.label)) return pieces;
-  pieces.count = 2;
-  if (splitter.Split(0, 2, pieces.label) || splitter.Split(1, 2, pieces.label)) pieces.count = 3;
+  for (int count = 2; count <= kMaxPieces && pieces.count == 1; ++count) {
+    if (splitter.Split(count, pieces.label)) pieces.count = count;
+  }
+  if (pieces.count == 1) return pieces;
 
   std::array<Vec3d, kMaxPieces> centre, direction;
   std::array<double, kMaxPieces> total{};
