@@ -21,8 +21,13 @@ constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}};
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
                                         const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
+  AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, hull, run));
   for (const ImprovementRound& round : kRounds) {
-    AMHEX_ASSIGN_OR_RETURN(complex, ImproveClosure(complex, hull, round.quality, round.depth, run));
+    AMHEX_ASSIGN_OR_RETURN(Repaired repaired,
+                           RepairCells(complex, hull, round.quality, round.depth, run));
+    complex = std::move(repaired.complex);
+    const bool first = &round == &kRounds[0];
+    if (!first && repaired.replacements == 0) break;
     AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
   }
   return complex;

@@ -6,15 +6,26 @@
 namespace amhex {
 namespace {
 
-// Penalty of a scaled Jacobian s: (1 - s)^2 draws every corner towards 1; the exponential, 1 at
-// kEnergyKnee and negligible above 0.5, makes the worst corners dominate.
-constexpr double kEnergySteepness = 15.0;
-constexpr double kEnergyKnee = 0.25;
+// Exponents below this are not worth evaluating.
+constexpr double kNegligibleExponent = -6.0;
+constexpr double kMaxExponent = 30.0;
 
-double CornerEnergy(double s) {
+double CornerEnergy(double s, const CornerPenalty& penalty) {
   const double deficit = 1 - s;
-  const double barrier = s < 0.6 ? std::exp(kEnergySteepness * (kEnergyKnee - s)) : 0.0;
-  return deficit * deficit + barrier;
+  const double exponent = penalty.steepness * (penalty.knee - s);
+  if (exponent < kNegligibleExponent) return deficit * deficit;
+  return deficit * deficit + std::exp(std::min(exponent, kMaxExponent));
+}
+
+// Cells with a smaller fold margin (a cube has 0.5, a regular tetrahedron 0.18) are watched, with a
+// penalty that grows by a factor of e for every kFoldScale that the margin falls.
+constexpr double kNearFolding = 0.04;
+constexpr double kFoldScale = 0.008;
+constexpr double kFoldWeight = 3.0;
+constexpr double kMaxFoldExponent = 12.0;
+
+double FoldEnergy(double margin) {
+  return kFoldWeight * std::exp(std::min(-margin / kFoldScale, kMaxFoldExponent)) - margin;
 }
 
 // Step of the forward differences in mean edge lengths.
@@ -23,8 +34,8 @@ constexpr double kDifferenceStep = 1e-4;
 }  // namespace
 
 LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,
-                       int32_t vertex)
-    : position_(complex.vertices[vertex]) {
+                       int32_t vertex, const CornerPenalty& penalty)
+    : penalty_(penalty), position_(complex.vertices[vertex]) {
   for (const int32_t c : neighbourhoods.cells[vertex]) {
     Cell& cell = cells_.emplace_back();
     cell.pattern = neighbourhoods.patterns[c];
@@ -34,6 +45,7 @@ LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& n
       cell.positions[slot] = complex.vertices[v];
       if (v == vertex) cell.moving_slots = static_cast<uint8_t>(cell.moving_slots | 1 << slot);
     }
+    cell.near_folding = FoldMargin(*cell.pattern, cell.positions) < kNearFolding;
   }
 }
 
@@ -55,8 +67,9 @@ LocalScore LocalCells::Score() const {
     for (int i = 0; i < cell.pattern->corner_count; ++i) {
       // Written so that NaN lowers the minimum too.
       if (!(jacobians[i] >= minimum)) minimum = std::isnan(jacobians[i]) ? -1 : jacobians[i];
-      score.energy += CornerEnergy(jacobians[i]);
+      score.energy += CornerEnergy(jacobians[i], penalty_);
     }
+    if (cell.near_folding) score.energy += FoldEnergy(FoldMargin(*cell.pattern, cell.positions));
     score.minimum = std::min(score.minimum, minimum);
     score.sum += minimum;
   }

@@ -23,12 +23,25 @@ constexpr int kSweepsPerRound = 2;
 constexpr double kRoundTarget = 0.7;
 
 // Sweeps until hardly anything moves, at most.
-constexpr int kMinimumSweeps = 12;
+constexpr int kEvenSweeps = 8;
 constexpr int kAverageSweeps = 6;
-constexpr double kMinimumTarget = 0.6;
+constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.995;
 // Sweeps end when less than this share of the vertices still moves.
 constexpr double kIdleShare = 0.002;
+
+// Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
+// of its neighbourhood, and its knee follows the minimum as it rises. Steeper or wider is worse:
+// steeper stalls, wider evens out cells that are good enough.
+constexpr int kLevels = 6;
+constexpr int kSweepsPerLevel = 6;
+constexpr double kLevelSteepness = 60.0;
+constexpr double kLevelKnee = 0.05;    // above the minimum
+constexpr double kLevelTarget = 0.15;  // above the minimum
+constexpr double kLevelGain = 0.002;   // levels end when the minimum rises less
+constexpr double kGoodMinimum = 0.5;   // no level starts above
+// Creases and corners are given up where they hold a cell below this.
+constexpr double kUnbearable = 0.25;
 
 class Placer {
  public:
@@ -50,18 +63,50 @@ class Placer {
     }
     absl::Status status = RaiseMinimum();
     if (!status.ok()) return status;
+    if (FreeUnbearable()) {
+      status = RaiseMinimum();
+      if (!status.ok()) return status;
+    }
     Report(0.6);
-    status = Sweep({QualityAim::kAverage, kAverageTarget, kMinimumTarget}, kAverageSweeps);
-    if (!status.ok()) return status;
-    Report(0.85);
-    status = RaiseMinimum();
+    // Cells above the minimum may give way where the sum gains.
+    const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    status = Sweep({QualityAim::kAverage, kAverageTarget, std::min(minimum, kGoodMinimum)},
+                   kAverageSweeps);
     Report(1.0);
     return status;
   }
 
  private:
   absl::Status RaiseMinimum() {
-    return Sweep({QualityAim::kMinimum, kMinimumTarget, kMinimumTarget}, kMinimumSweeps);
+    double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
+    for (int level = 0; level < kLevels && status.ok(); ++level) {
+      const double before = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+      if (before > kGoodMinimum || (level > 0 && before < minimum + kLevelGain)) break;
+      minimum = before;
+      status = Sweep({QualityAim::kMinimum, minimum + kLevelTarget, minimum,
+                      CornerPenalty{minimum + kLevelKnee, kLevelSteepness}},
+                     kSweepsPerLevel);
+    }
+    return status;
+  }
+
+  // Weakens the constraints of every vertex of a cell of unbearable quality.
+  bool FreeUnbearable() {
+    bool any = false;
+    for (size_t c = 0; c < placement_.complex.cells.size(); ++c) {
+      const CellCorners& corners = placement_.complex.cells[c];
+      if (CellQuality(corners, placement_.complex.vertices) >= kUnbearable) continue;
+      for (const int32_t v : corners) {
+        VertexConstraint& constraint = placement_.constraints.vertex[v];
+        if (constraint.kind != Constraint::kCrease && constraint.kind != Constraint::kCorner) {
+          continue;
+        }
+        constraint = Weakened(constraint, placement_.complex.vertices[v], placement_.features);
+        any = true;
+      }
+    }
+    return any;
   }
 
   absl::Status Sweep(const SweepRules& rules, int sweep_count) {

@@ -54,11 +54,11 @@ double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Ve
   return worst;
 }
 
-MoveJudge::MoveJudge(const Placement& placement, int32_t vertex)
+MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty)
     : placement_(placement),
       vertex_(vertex),
       start_(placement.complex.vertices[vertex]),
-      cells_(placement.complex, placement.neighbourhoods, vertex),
+      cells_(placement.complex, placement.neighbourhoods, vertex, penalty),
       score_(cells_.Score()) {}
 
 LocalScore MoveJudge::Try(const Vec3d& position) {

@@ -38,7 +38,7 @@ double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Ve
 // hull.
 class MoveJudge {
  public:
-  MoveJudge(const Placement& placement, int32_t vertex);
+  MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty = {});
 
   const LocalScore& score() const { return score_; }  // where the vertex is now
   LocalCells& cells() { return cells_; }

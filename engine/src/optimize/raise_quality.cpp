@@ -49,7 +49,7 @@ bool IsGain(const LocalScore& before, const LocalScore& after, QualityAim aim) {
 class VertexSearch {
  public:
   VertexSearch(Placement& placement, const SweepRules& rules, int32_t v)
-      : placement_(placement), rules_(rules), v_(v), judge_(placement, v) {}
+      : placement_(placement), rules_(rules), v_(v), judge_(placement, v, rules.penalty) {}
 
   bool Needed() const { return judge_.score().minimum < rules_.target; }
 
@@ -145,6 +145,10 @@ QualitySummary SummarizeQuality(const CellComplex& complex) {
     const double quality = CellQuality(corners, complex.vertices);
     summary.minimum = std::min(summary.minimum, quality);
     summary.average += quality;
+    // CellQuality is the least scaled Jacobian where it is positive.
+    summary.min_scaled_jacobian =
+        std::min(summary.min_scaled_jacobian,
+                 quality > 0 ? quality : ScaledJacobian(corners, complex.vertices));
   }
   if (!complex.cells.empty()) summary.average /= static_cast<double>(complex.cells.size());
   return summary;

@@ -26,6 +26,7 @@ struct SweepRules {
   QualityAim aim = QualityAim::kMinimum;
   double target = 0.5;  // only vertices with an incident cell below this are visited
   double floor = 0.5;   // no cell may fall below both this and its neighbourhood's old minimum
+  CornerPenalty penalty = {};
 };
 
 // One sweep over the active vertices. Free vertices move freely, those of patches and creases slide
@@ -34,10 +35,11 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
                                      SweepMemory& memory, const RunContext& run);
 
 struct QualitySummary {
-  double minimum = 1;
-  double average = 0;
+  double minimum = 1;              // of CellQuality: not positive if any cell is invalid
+  double average = 0;              // of CellQuality
+  double min_scaled_jacobian = 1;  // whether or not cells fold
 };
-// Over all cells, by CellQuality.
+// Over all cells.
 QualitySummary SummarizeQuality(const CellComplex& complex);
 
 }  // namespace amhex
