@@ -30,7 +30,8 @@ class Improver {
   }
 
   // Worst first.
-  void Repair(double quality, int depth) {
+  int Repair(double quality, int depth) {
+    int replacements = 0;
     std::vector<std::pair<double, int>> poor;
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
       if (!mesh_.alive(cell)) continue;
@@ -41,9 +42,10 @@ class Improver {
     limits_.depth = depth;
     limits_.beam_width = 5;
     for (const auto& [q, cell] : poor) {
-      if (run_.ShouldStop()) return;
-      if (mesh_.alive(cell)) RepairCell(cell, q);
+      if (run_.ShouldStop()) break;
+      if (mesh_.alive(cell) && RepairCell(cell, q)) ++replacements;
     }
+    return replacements;
   }
 
   void JoinStars() {
@@ -101,7 +103,7 @@ class Improver {
     }
   }
 
-  void RepairCell(int cell, double quality) {
+  bool RepairCell(int cell, double quality) {
     std::vector<Region> seeds(1);
     seeds[0].cells = {cell};
     for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
@@ -113,7 +115,9 @@ class Improver {
     const double cost_to_beat = QualityPenalty(quality) - kMinRepairGain;
     const auto filling = GrowStar(mesh_, hull_, no_cavities_, kRepairWeights, limits_,
                                   std::move(seeds), cost_to_beat);
-    if (filling && filling->quality > quality) Apply(*filling);
+    if (!filling || filling->quality <= quality) return false;
+    Apply(*filling);
+    return true;
   }
 
   // Pairs of apexes whose stars share faces, those that share most first.
@@ -172,13 +176,20 @@ class Improver {
 
 }  // namespace
 
-absl::StatusOr<CellComplex> ImproveClosure(const CellComplex& complex, const Hull& hull,
-                                           double quality, int depth, RunContext& run) {
+absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hull,
+                                      RunContext& run) {
   Improver improver(complex, hull, run);
   improver.JoinStars();
-  improver.Repair(quality, depth);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   return improver.Result();
+}
+
+absl::StatusOr<Repaired> RepairCells(const CellComplex& complex, const Hull& hull, double quality,
+                                     int depth, RunContext& run) {
+  Improver improver(complex, hull, run);
+  const int replacements = improver.Repair(quality, depth);
+  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+  return Repaired{improver.Result(), replacements};
 }
 
 }  // namespace amhex

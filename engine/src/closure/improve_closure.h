@@ -9,9 +9,19 @@
 
 namespace amhex {
 
-// Replaces cells below `quality` and joins stars where that saves cells; a closed complex stays
-// closed. Errors: CANCELLED, DEADLINE_EXCEEDED.
-absl::StatusOr<CellComplex> ImproveClosure(const CellComplex& complex, const Hull& hull,
-                                           double quality, int depth, RunContext& run);
+// Joins neighbouring stars where that saves cells. A closed complex stays closed.
+// Errors: CANCELLED, DEADLINE_EXCEEDED.
+absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hull,
+                                      RunContext& run);
+
+struct Repaired {
+  CellComplex complex;
+  int replacements = 0;
+};
+
+// Replaces cells below `quality`, worst first, absorbing up to `depth` neighbours each. A closed
+// complex stays closed. Errors: CANCELLED, DEADLINE_EXCEEDED.
+absl::StatusOr<Repaired> RepairCells(const CellComplex& complex, const Hull& hull, double quality,
+                                     int depth, RunContext& run);
 
 }  // namespace amhex
