@@ -34,16 +34,16 @@ struct BinGrid {
   }
 };
 
-// Calls visit(id) for every point in the box of bins [low, high], both ends included and inside
-// the grid. Points come row by row; ids ascend within a bin only.
+// Calls visit(slot) for every point in the box of bins [low, high], both ends included and inside
+// the grid; the point is ids[slot]. Points come row by row; ids ascend within a bin only.
 template <class Visit>
-AMHEX_HD void VisitBins(const BinGrid& grid, const int32_t (&low)[3], const int32_t (&high)[3],
-                        const Visit& visit) {
+AMHEX_HD void VisitSlots(const BinGrid& grid, const int32_t (&low)[3], const int32_t (&high)[3],
+                         const Visit& visit) {
   for (int32_t z = low[2]; z <= high[2]; ++z) {
     for (int32_t y = low[1]; y <= high[1]; ++y) {
       const int64_t begin = grid.starts[grid.BinAt(low[0], y, z)];
       const int64_t end = grid.starts[grid.BinAt(high[0], y, z) + 1];
-      for (int64_t slot = begin; slot < end; ++slot) visit(grid.ids[slot]);
+      for (int64_t slot = begin; slot < end; ++slot) visit(slot);
     }
   }
 }
@@ -51,15 +51,22 @@ AMHEX_HD void VisitBins(const BinGrid& grid, const int32_t (&low)[3], const int3
 // The same for all points whose bins meet the cube of half width `radius` around `centre`: every
 // point within that distance is among them.
 template <class Visit>
-AMHEX_HD void VisitNear(const BinGrid& grid, const Vec3f& centre, float radius,
-                        const Visit& visit) {
+AMHEX_HD void VisitSlotsNear(const BinGrid& grid, const Vec3f& centre, float radius,
+                             const Visit& visit) {
   const int32_t low[3] = {grid.CoordinateOf(centre.x - radius, grid.count_x),
                           grid.CoordinateOf(centre.y - radius, grid.count_y),
                           grid.CoordinateOf(centre.z - radius, grid.count_z)};
   const int32_t high[3] = {grid.CoordinateOf(centre.x + radius, grid.count_x),
                            grid.CoordinateOf(centre.y + radius, grid.count_y),
                            grid.CoordinateOf(centre.z + radius, grid.count_z)};
-  VisitBins(grid, low, high, visit);
+  VisitSlots(grid, low, high, visit);
+}
+
+// The same with the points' ids.
+template <class Visit>
+AMHEX_HD void VisitNear(const BinGrid& grid, const Vec3f& centre, float radius,
+                        const Visit& visit) {
+  VisitSlotsNear(grid, centre, radius, [&](int64_t slot) { visit(grid.ids[slot]); });
 }
 
 // Steps of the construction: key every point by its bin, then find where each bin begins.

@@ -11,75 +11,89 @@
 
 #include "graph/bin_grid.h"
 #include "relax/barrier_view.h"
+#include "relax/cell_moments.h"
 #include "relax/label_candidates.h"
 
 namespace amhex {
 
 inline constexpr int32_t kNoOwner = -1;
 inline constexpr float kSquareRootOfThree = 1.7320508f;
+// First guess of how far from a tile its owners lie, in the largest size: enough nearly always.
+inline constexpr float kFirstReach = 1.75f;
 
 struct LabelTileBody {
   BarrierView barrier;
   ArrayView<const LabelItem> items;
   BinGrid bins;                        // of the sites
-  ArrayView<const SiteMetric> metric;  // [site_count]
+  ArrayView<const SiteMetric> metric;  // [site_count] by slot of the bins
   float largest_size = 1.0f;           // of any site along any axis, edge lengths
   bool wants_second_moments = false;
   ArrayView<CellMoments> moments;  // [site_count], zero before
   ArrayView<int32_t> labels;       // [item_count][256] owners, or empty when not wanted
 
-  // The cube of a tile's points and what bounds the search for their owners.
+  // The cube of a tile's points and the search for their owners.
   struct Search {
     LatticePoint base;
     Vec3f centre;
     float half_width = 0;
-    float limit = 0;  // no owner is farther than this, in cell sizes
     int32_t is_inside = 0;
-    // Every owner lies within this distance of the cube.
-    float reach = 0;
+    float limit = 0;                 // owners are nearer than this, in cell sizes
+    float reach = 0;                 // and within this distance of the cube, edge lengths
+    float block_bound[kTileBlocks];  // upper bound of the owners' distances, in cell sizes
   };
 
-  AMHEX_HD void operator()(int64_t index) const {
+  AMHEX_HD void operator()(int64_t index) const { LabelTile(*this, index); }
+
+  // One copy per vector width: everything below is inlined into it.
+#if !defined(__CUDACC__)
+  __attribute__((flatten))
+#endif
+  AMHEX_VECTOR_CLONES AMHEX_HD static void
+  LabelTile(const LabelTileBody& body, int64_t index) {
+    body.Label(index);
+  }
+
+  AMHEX_HD void Label(int64_t index) const {
     const LabelItem item = items[index];
     Search search = Begin(item);
-    FindReach(search);
     LabelCandidates candidates;
-    const bool fits = Collect(search, candidates);
-    if (fits) {
-      candidates.SortById();
-      candidates.Load(metric.data);
-    }
+    const bool fits = Gather(search, candidates);
     for (int block = 0; block < kTileBlocks; ++block) {
-      const uint32_t points = PointsOf(item, block);
-      const LatticePoint offset = BlockInTile(block);
-      const LatticePoint base = {search.base.x + offset.x, search.base.y + offset.y,
-                                 search.base.z + offset.z};
       int32_t* block_labels =
           labels.empty() ? nullptr : &labels[index * kTilePoints + block * kBlockPoints];
       if (block_labels != nullptr) {
         for (int p = 0; p < kBlockPoints; ++p) block_labels[p] = kNoOwner;
       }
+      const uint32_t points = PointsOf(item, block);
       if (points == 0) continue;
       if (fits) {
-        LabelBlock(search, candidates, base, points, block_labels);
+        LabelBlock(search, candidates, block, points, block_labels);
       } else {
-        LabelBlockByScan(search, base, points, block_labels);
+        LabelBlockByScan(search, block, points, block_labels);
       }
     }
   }
 
+  AMHEX_HD Vec3f CentreOf(const LatticePoint& base, double half_width) const {
+    return ToFloat(barrier.lattice.PositionOf(base) + Vec3d{half_width, half_width, half_width});
+  }
+  // Of the cubes that just hold the points of a tile and of a block.
+  AMHEX_HD double TileHalfWidth() const { return 0.5 * (kTileWidth - 1) * barrier.lattice.spacing; }
+  AMHEX_HD double BlockHalfWidth() const {
+    return 0.5 * (kBlockWidth - 1) * barrier.lattice.spacing;
+  }
+  AMHEX_HD LatticePoint BlockBase(const Search& search, int block) const {
+    const LatticePoint offset = BlockInTile(block);
+    return {search.base.x + offset.x, search.base.y + offset.y, search.base.z + offset.z};
+  }
+
   AMHEX_HD Search Begin(const LabelItem& item) const {
     Search search;
-    const double spacing = barrier.lattice.spacing;
     search.base = barrier.lattice.TileOrigin(item.tile);
-    // Points span coordinates 0..7 of the tile.
-    constexpr double kMiddle = 0.5 * (kTileWidth - 1);
-    search.centre =
-        ToFloat(Vec3d{(search.base.x + kMiddle) * spacing, (search.base.y + kMiddle) * spacing,
-                      (search.base.z + kMiddle) * spacing});
-    search.half_width = static_cast<float>(kMiddle * spacing);
-    search.limit = item.is_inside != 0 ? kUnboundedReach : kOutsideReach;
+    search.centre = CentreOf(search.base, TileHalfWidth());
+    search.half_width = static_cast<float>(TileHalfWidth());
     search.is_inside = item.is_inside;
+    search.limit = item.is_inside != 0 ? kUnboundedReach : kOutsideReach;
     return search;
   }
 
@@ -90,72 +104,87 @@ struct LabelTileBody {
     return item.is_inside != 0 ? inside : ~inside;
   }
 
-  // Widens the search until some site bounds the distance of all points from above, or all sites
-  // have been seen. A Chebyshev distance d spans at most sqrt(3) * size * d in space.
-  AMHEX_HD void FindReach(Search& search) const {
+  // Collects every site that may own a point of the tile, by id; false if there are too many.
+  // Widens the search until some site bounds the distances from above, or all have been seen. A
+  // Chebyshev distance d spans at most sqrt(3) * size * d in space.
+  AMHEX_HD bool Gather(Search& search, LabelCandidates& candidates) const {
     const float whole_domain =
         bins.bin_size *
         static_cast<float>(Larger(bins.count_x, Larger(bins.count_y, bins.count_z)));
-    for (float reach = bins.bin_size;; reach *= 2.0f) {
-      float bound = search.limit;
-      VisitNear(bins, search.centre, search.half_width + reach, [&](int32_t id) {
-        const SiteMetric& site = metric[id];
-        if (site.is_inside != search.is_inside) return;
-        const float upper = BoundsOverCube(site, search.centre, search.half_width).upper;
-        if (upper < bound) bound = upper;
-      });
-      if (bound < kUnboundedReach) {
-        search.limit = search.is_inside != 0 ? bound + kCullSlack : kOutsideReach;
-        search.reach = kSquareRootOfThree * largest_size * (bound + kCullSlack);
-        return;
+    search.reach = kFirstReach * largest_size;
+    while (true) {
+      const bool fits = CollectWithin(search, candidates);
+      candidates.Load(metric.data);
+      const float bound = BoundBlocks(search, candidates);
+      const float needed = kSquareRootOfThree * largest_size * (bound + kCullSlack);
+      const bool has_seen_all = search.reach > whole_domain;
+      if (needed <= search.reach || has_seen_all) {
+        if (fits) Cull(search, bound, candidates);
+        return fits;
       }
-      if (reach > whole_domain) {
-        search.reach = 0;
-        return;
-      }
+      search.reach = bound < kUnboundedReach ? needed : 2 * search.reach;
     }
   }
 
-  // Gathers the sites that may own a point of the tile; false if there are too many.
-  AMHEX_HD bool Collect(const Search& search, LabelCandidates& candidates) const {
-    const float bound = search.reach / (kSquareRootOfThree * largest_size) + kCullSlack;
+  // The sites of this side within reach of the tile; false if some had no place.
+  AMHEX_HD bool CollectWithin(const Search& search, LabelCandidates& candidates) const {
+    const float squared_reach = search.reach * search.reach;
     bool fits = true;
-    VisitNear(bins, search.centre, search.half_width + search.reach, [&](int32_t id) {
-      const SiteMetric& site = metric[id];
-      if (!fits || site.is_inside != search.is_inside) return;
-      if (BoundsOverCube(site, search.centre, search.half_width).lower > bound) return;
+    candidates.count = 0;
+    VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
+      const SiteMetric& site = metric[slot];
+      const float dx = Larger(AbsoluteValue(site.x - search.centre.x) - search.half_width, 0.0f);
+      const float dy = Larger(AbsoluteValue(site.y - search.centre.y) - search.half_width, 0.0f);
+      const float dz = Larger(AbsoluteValue(site.z - search.centre.z) - search.half_width, 0.0f);
+      if (dx * dx + dy * dy + dz * dz > squared_reach || site.is_inside != search.is_inside) return;
       if (candidates.count == kCandidateCapacity) {
         fits = false;
         return;
       }
-      candidates.id[candidates.count++] = id;
+      candidates.slot[candidates.count++] = static_cast<int32_t>(slot);
     });
     return fits;
   }
 
-  AMHEX_HD void LabelBlock(const Search& search, const LabelCandidates& candidates,
-                           const LatticePoint& base, uint32_t points, int32_t* block_labels) const {
-    float lower[kCandidateCapacity];
-    float upper[kCandidateCapacity];
-    constexpr double kMiddle = 0.5 * (kBlockWidth - 1);
-    const double spacing = barrier.lattice.spacing;
-    const Vec3f centre = ToFloat(Vec3d{(base.x + kMiddle) * spacing, (base.y + kMiddle) * spacing,
-                                       (base.z + kMiddle) * spacing});
-    BoundCandidates(candidates, centre, static_cast<float>(kMiddle * spacing), lower, upper);
-    float bound = search.limit;
-    for (int k = 0; k < candidates.count; ++k) bound = Smaller(bound, upper[k]);
-    int32_t chosen[kCandidateCapacity];
-    int chosen_count = 0;
-    for (int k = 0; k < candidates.count; ++k) {
-      if (lower[k] <= bound + kCullSlack) chosen[chosen_count++] = k;
+  // Bounds every block's distances; returns the largest bound.
+  AMHEX_HD float BoundBlocks(Search& search, const LabelCandidates& candidates) const {
+    float largest = 0;
+    for (int block = 0; block < kTileBlocks; ++block) {
+      const Vec3f centre = CentreOf(BlockBase(search, block), BlockHalfWidth());
+      const float upper =
+          SmallestUpperBound(candidates, centre, static_cast<float>(BlockHalfWidth()));
+      search.block_bound[block] = Smaller(upper, search.limit);
+      largest = Larger(largest, search.block_bound[block]);
     }
-    const bool is_single = chosen_count == 1 && search.is_inside != 0;
+    return largest;
+  }
+
+  AMHEX_HD void Cull(const Search& search, float bound, LabelCandidates& candidates) const {
+    int32_t chosen[kCandidateCapacity];
+    candidates.count =
+        ChooseCandidates(candidates, search.centre, search.half_width, bound + kCullSlack, chosen);
+    for (int k = 0; k < candidates.count; ++k) {
+      candidates.slot[k] = candidates.slot[chosen[k]];
+      candidates.id[k] = bins.ids[candidates.slot[k]];
+    }
+    candidates.SortById();
+    candidates.Load(metric.data);
+  }
+
+  AMHEX_HD void LabelBlock(const Search& search, const LabelCandidates& candidates, int block,
+                           uint32_t points, int32_t* block_labels) const {
+    const LatticePoint base = BlockBase(search, block);
+    const Vec3f centre = CentreOf(base, BlockHalfWidth());
+    int32_t chosen[kCandidateCapacity];
+    const int chosen_count =
+        ChooseCandidates(candidates, centre, static_cast<float>(BlockHalfWidth()),
+                         search.block_bound[block] + kCullSlack, chosen);
     uint32_t owned[kCandidateCapacity];
-    if (is_single) {
+    if (chosen_count == 1 && search.is_inside != 0) {
       owned[0] = ~0u;
     } else {
-      const float limit = search.is_inside != 0 ? kUnboundedReach : kOutsideReach;
-      OwnPoints(candidates, chosen, chosen_count, base, spacing, limit, owned);
+      OwnPoints(candidates, chosen, chosen_count, base, barrier.lattice.spacing, search.limit,
+                owned);
     }
     for (int i = 0; i < chosen_count; ++i) {
       Assign(candidates.id[chosen[i]], owned[i] & points, base, block_labels);
@@ -163,18 +192,20 @@ struct LabelTileBody {
   }
 
   // The same without candidates: every near site for every point.
-  AMHEX_HD void LabelBlockByScan(const Search& search, const LatticePoint& base, uint32_t points,
+  AMHEX_HD void LabelBlockByScan(const Search& search, int block, uint32_t points,
                                  int32_t* block_labels) const {
+    const LatticePoint base = BlockBase(search, block);
     for (int p = 0; p < kBlockPoints; ++p) {
       if (((points >> p) & 1u) == 0) continue;
       const LatticePoint q = PointInBlock(p);
       const Vec3f position =
           ToFloat(barrier.lattice.PositionOf({base.x + q.x, base.y + q.y, base.z + q.z}));
-      float nearest = search.is_inside != 0 ? kUnboundedReach : kOutsideReach;
+      float nearest = search.limit;
       int32_t owner = kNoOwner;
-      VisitNear(bins, search.centre, search.half_width + search.reach, [&](int32_t id) {
-        if (metric[id].is_inside != search.is_inside) return;
-        const float distance = ChebyshevDistance(metric[id], position);
+      VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
+        if (metric[slot].is_inside != search.is_inside) return;
+        const float distance = ChebyshevDistance(metric[slot], position);
+        const int32_t id = bins.ids[slot];
         if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
           nearest = distance;
           owner = id;

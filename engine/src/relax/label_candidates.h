@@ -1,82 +1,129 @@
 // The sites that may own a point of one lattice tile, and the arithmetic over all of them at once.
 //
-// Arrays instead of structs, and loops of fixed form, so that the host compiler turns them into
-// vector instructions.
+// Arrays instead of structs, and loops over whole groups of a fixed number of candidates, so that
+// the host compiler turns them into vector instructions.
 #pragma once
 
 #include <cstdint>
 
 #include "base/platform.h"
-#include "relax/cell_moments.h"
+#include "relax/fcc_lattice.h"
 #include "relax/site_metric.h"
 
 namespace amhex {
 
-// Twice what a tile of the coarsest lattice (8 points per site) meets; tiles with more fall back
+// More than a tile of the coarsest lattice (8 points per site) meets; tiles with more fall back
 // to looking at every near site for every point.
-inline constexpr int kCandidateCapacity = 192;
+inline constexpr int kCandidateCapacity = 256;
+// One AVX-512 register of floats.
+inline constexpr int kCandidateGroup = 16;
 // Added to culling bounds, edge lengths: far above the rounding of float coordinates.
 inline constexpr float kCullSlack = 1e-3f;
+// Where the candidates that fill up the last group lie: farther than any real one.
+inline constexpr float kFarAway = 1e9f;
 
-// Ascending by id, so that the first of equal distances has the smallest id.
 struct LabelCandidates {
   int count = 0;
+  int padded_count = 0;  // next multiple of the group
   int32_t id[kCandidateCapacity];
+  int32_t slot[kCandidateCapacity];  // of `metric`
   float x[kCandidateCapacity], y[kCandidateCapacity], z[kCandidateCapacity];
   float row[9][kCandidateCapacity];
   float reach[3][kCandidateCapacity];
 
-  // `sites` is the array that the ids point into.
-  AMHEX_HD void Load(const SiteMetric* sites) {
+  // Fills the arrays from the slots.
+  AMHEX_HD void Load(const SiteMetric* metric) {
     for (int k = 0; k < count; ++k) {
-      const SiteMetric& site = sites[id[k]];
+      const SiteMetric& site = metric[slot[k]];
       x[k] = site.x;
       y[k] = site.y;
       z[k] = site.z;
       for (int i = 0; i < 9; ++i) row[i][k] = site.row[i];
       for (int i = 0; i < 3; ++i) reach[i][k] = site.reach[i];
     }
+    padded_count = (count + kCandidateGroup - 1) / kCandidateGroup * kCandidateGroup;
+    for (int k = count; k < padded_count; ++k) {
+      x[k] = y[k] = z[k] = kFarAway;
+      for (int i = 0; i < 9; ++i) row[i][k] = i % 4 == 0 ? 1.0f : 0.0f;
+      for (int i = 0; i < 3; ++i) reach[i][k] = 1.0f;
+    }
   }
 
+  // Ascending ids, so that the first of equal distances has the smallest one.
   AMHEX_HD void SortById() {
     for (int k = 1; k < count; ++k) {
-      const int32_t inserted = id[k];
-      int slot = k;
-      for (; slot > 0 && id[slot - 1] > inserted; --slot) id[slot] = id[slot - 1];
-      id[slot] = inserted;
+      const int32_t moved_id = id[k];
+      const int32_t moved_slot = slot[k];
+      int at = k;
+      for (; at > 0 && id[at - 1] > moved_id; --at) {
+        id[at] = id[at - 1];
+        slot[at] = slot[at - 1];
+      }
+      id[at] = moved_id;
+      slot[at] = moved_slot;
     }
   }
 };
 
-// Lower and upper bounds of every candidate's distance over a cube; see BoundsOverCube.
-[[maybe_unused]] AMHEX_VECTOR_CLONES AMHEX_HD static void BoundCandidates(
-    const LabelCandidates& candidates, const Vec3f& centre, float half_width, float* lower,
-    float* upper) {
-  const LabelCandidates& c = candidates;
-  for (int k = 0; k < c.count; ++k) {
-    const float dx = centre.x - c.x[k];
-    const float dy = centre.y - c.y[k];
-    const float dz = centre.z - c.z[k];
-    float low = -kUnboundedReach;
-    float high = 0;
-    for (int a = 0; a < 3; ++a) {
-      const float d = AbsoluteValue(
-          FusedMultiplyAdd(c.row[3 * a][k], dx,
-                           FusedMultiplyAdd(c.row[3 * a + 1][k], dy, c.row[3 * a + 2][k] * dz)));
-      const float spread = half_width * c.reach[a][k];
-      low = Larger(low, d - spread);
-      high = Larger(high, d + spread);
+// Lower and upper bound of the distance of candidate `k` over the cube around `centre`: each
+// component grows by at most half_width * reach. Plain arithmetic: bounds need no exact bits.
+struct DistanceBounds {
+  float lower = 0;
+  float upper = 0;
+};
+
+AMHEX_HD inline DistanceBounds BoundsOverCube(const LabelCandidates& c, int k, const Vec3f& centre,
+                                              float half_width) {
+  const float dx = centre.x - c.x[k];
+  const float dy = centre.y - c.y[k];
+  const float dz = centre.z - c.z[k];
+  const float a = AbsoluteValue(c.row[0][k] * dx + c.row[1][k] * dy + c.row[2][k] * dz);
+  const float b = AbsoluteValue(c.row[3][k] * dx + c.row[4][k] * dy + c.row[5][k] * dz);
+  const float d = AbsoluteValue(c.row[6][k] * dx + c.row[7][k] * dy + c.row[8][k] * dz);
+  const float ra = half_width * c.reach[0][k];
+  const float rb = half_width * c.reach[1][k];
+  const float rd = half_width * c.reach[2][k];
+  return {Larger(Larger(a - ra, b - rb), d - rd), Larger(Larger(a + ra, b + rb), d + rd)};
+}
+
+// The smallest upper bound of all candidates over a cube: no point in it is farther from its owner.
+AMHEX_HD inline float SmallestUpperBound(const LabelCandidates& candidates, const Vec3f& centre,
+                                         float half_width) {
+  float smallest[kCandidateGroup];
+  for (int i = 0; i < kCandidateGroup; ++i) smallest[i] = kUnboundedReach;
+  for (int k = 0; k < candidates.padded_count; k += kCandidateGroup) {
+    for (int i = 0; i < kCandidateGroup; ++i) {
+      const float upper = BoundsOverCube(candidates, k + i, centre, half_width).upper;
+      smallest[i] = Smaller(smallest[i], upper);
     }
-    lower[k] = low;
-    upper[k] = high;
   }
+  float result = kUnboundedReach;
+  for (int i = 0; i < kCandidateGroup; ++i) result = Smaller(result, smallest[i]);
+  return result;
+}
+
+// Lists in `chosen` the candidates whose lower bound over a cube does not exceed `limit`.
+AMHEX_HD inline int ChooseCandidates(const LabelCandidates& candidates, const Vec3f& centre,
+                                     float half_width, float limit, int32_t* chosen) {
+  int count = 0;
+  for (int k = 0; k < candidates.padded_count; k += kCandidateGroup) {
+    float lower[kCandidateGroup];
+    for (int i = 0; i < kCandidateGroup; ++i) {
+      lower[i] = BoundsOverCube(candidates, k + i, centre, half_width).lower;
+    }
+    for (int i = 0; i < kCandidateGroup; ++i) {
+      chosen[count] = k + i;
+      count += lower[i] <= limit ? 1 : 0;
+    }
+  }
+  return count;
 }
 
 // For the 32 points of the block at `base`: owned[i] gets the mask of the points nearer to
 // candidate chosen[i] than to any other chosen one, and nearer than `limit`.
-[[maybe_unused]] AMHEX_VECTOR_CLONES AMHEX_HD static void OwnPoints(
-    const LabelCandidates& candidates, const int32_t* chosen, int chosen_count,
-    const LatticePoint& base, double spacing, float limit, uint32_t* owned) {
+AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t* chosen,
+                               int chosen_count, const LatticePoint& base, double spacing,
+                               float limit, uint32_t* owned) {
   float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
   float nearest[kBlockPoints];
   int32_t owner[kBlockPoints];

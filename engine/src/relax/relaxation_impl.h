@@ -213,10 +213,10 @@ class Relaxation {
 
   // Section 4.1; the bins must be those of the current positions.
   void Label(bool wants_second_moments) {
-    executor_.ForEach(
-        "compute site metrics", site_count_,
-        SiteMetricBody{ReadOnly(position_.View()), ReadOnly(orientation_.View()),
-                       ReadOnly(size_.View()), ReadOnly(is_inside_.View()), metric_.View()});
+    executor_.ForEach("compute site metrics", site_count_,
+                      SiteMetricBody{site_bins_.grid().ids, ReadOnly(position_.View()),
+                                     ReadOnly(orientation_.View()), ReadOnly(size_.View()),
+                                     ReadOnly(is_inside_.View()), metric_.View()});
     executor_.ForEach("clear cell moments", site_count_, ClearMomentsBody{moments_.View()});
     LabelTileBody body;
     body.barrier = barrier_;

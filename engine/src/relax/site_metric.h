@@ -44,30 +44,18 @@ AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& p) 
   return Larger(Larger(d.a, d.b), d.c);
 }
 
-// Bounds of the distance over a cube of world axes.
-struct DistanceBounds {
-  float lower = 0;
-  float upper = 0;
-};
-
-AMHEX_HD inline DistanceBounds BoundsOverCube(const SiteMetric& site, const Vec3f& centre,
-                                              float half_width) {
-  const MetricComponents d = ComponentsOf(site, centre);
-  const float a = half_width * site.reach[0];
-  const float b = half_width * site.reach[1];
-  const float c = half_width * site.reach[2];
-  return {Larger(Larger(d.a - a, d.b - b), d.c - c), Larger(Larger(d.a + a, d.b + b), d.c + c)};
-}
-
-// Computes the metric of every site.
+// Computes the metric of every site, stored in the order of the bins (graph/bin_grid.h), so that
+// neighbours in space are neighbours in memory.
 struct SiteMetricBody {
+  ArrayView<const int32_t> ids;        // [site_count] site of each slot
   ArrayView<const Vec3d> position;     // [site_count]
   ArrayView<const Quatf> orientation;  // [site_count]
   ArrayView<const Vec3f> size;         // [site_count]
   ArrayView<const int32_t> is_inside;  // [site_count]
-  ArrayView<SiteMetric> metric;        // [site_count]
+  ArrayView<SiteMetric> metric;        // [site_count] by slot
 
-  AMHEX_HD void operator()(int64_t site) const {
+  AMHEX_HD void operator()(int64_t slot) const {
+    const int32_t site = ids[slot];
     SiteMetric result;
     const Vec3f p = ToFloat(position[site]);
     result.x = p.x;
@@ -81,7 +69,7 @@ struct SiteMetricBody {
       result.reach[axis] = AbsoluteValue(row.x) + AbsoluteValue(row.y) + AbsoluteValue(row.z);
     }
     result.is_inside = is_inside[site];
-    metric[site] = result;
+    metric[slot] = result;
   }
 };
 

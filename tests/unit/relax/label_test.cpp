@@ -34,8 +34,10 @@ struct Diagram {
     const std::vector<Quatf> frame = {orientation};
     const std::vector<Vec3f> extent = {size};
     const std::vector<int32_t> side = {is_inside ? 1 : 0};
+    const std::vector<int32_t> first = {0};
     SiteMetric m;
-    SiteMetricBody{ViewOf(at), ViewOf(frame), ViewOf(extent), ViewOf(side), {&m, 1}}(0);
+    SiteMetricBody{
+        ViewOf(first), ViewOf(at), ViewOf(frame), ViewOf(extent), ViewOf(side), {&m, 1}}(0);
     metric.push_back(m);
     position.push_back(ToFloat(p));
     for (int axis = 0; axis < 3; ++axis) largest_size = Larger(largest_size, size[axis]);
@@ -50,7 +52,11 @@ struct Diagram {
     body.barrier = barrier.View();
     body.items = ViewOf(items);
     body.bins = bins.Build(ViewOf(position), static_cast<int64_t>(position.size()));
-    body.metric = ViewOf(metric);
+    std::vector<SiteMetric> by_slot;
+    for (size_t slot = 0; slot < metric.size(); ++slot) {
+      by_slot.push_back(metric[static_cast<size_t>(body.bins.ids[static_cast<int64_t>(slot)])]);
+    }
+    body.metric = ViewOf(by_slot);
     body.largest_size = largest_size;
     body.wants_second_moments = true;
     body.moments = {moments.data(), static_cast<int64_t>(moments.size())};
