@@ -44,15 +44,23 @@ class Closer {
       FillCavities(attempt);
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (HasOpenFaces()) return OpenError();
-      const auto defects = FindBoundaryDefects(mesh_, hull_);
-      if (defects.empty()) break;
-      RemoveCellsAt(defects, attempt);
+      if (!OpenDefects(attempt)) break;
     }
     // What is left of defects is for the validator to judge.
     FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
     return mesh_.ToComplex();
+  }
+
+  absl::StatusOr<Mended> Mend(int layers) {
+    Mended mended;
+    mended.changed = OpenDefects(layers);
+    if (mended.changed) FillCavities(kDefectAttempts + 1 + layers);
+    if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+    if (HasOpenFaces()) return OpenError();
+    mended.complex = mesh_.ToComplex();
+    return mended;
   }
 
  private:
@@ -68,16 +76,20 @@ class Closer {
     }
   }
 
-  // Opens the mesh around the vertices, `layers` cells farther than their own.
-  void RemoveCellsAt(const std::vector<int32_t>& vertices, int layers) {
+  // Opens the mesh around boundary defects, `layers` cells farther than their own; false if there
+  // are none.
+  bool OpenDefects(int layers) {
+    const auto defects = FindBoundaryDefects(mesh_, hull_);
+    if (defects.empty()) return false;
     const auto cells_at = mesh_.CellsAtVertices();
-    for (const int32_t v : vertices) {
+    for (const int32_t v : defects) {
       for (const int cell : cells_at[v]) {
         if (mesh_.alive(cell)) mesh_.RemoveCell(cell);
       }
     }
     for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
     for (const StarRound& round : kSlitRounds) FillWithStars(round);
+    return true;
   }
 
   // Tries every cavity once, smallest first.
@@ -152,6 +164,11 @@ class Closer {
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run) {
   return Closer(complex, hull, params.run.seed, run).Run();
+}
+
+absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
+                                    const MeshingParams& params, RunContext& run) {
+  return Closer(complex, hull, params.run.seed, run).Mend(layers);
 }
 
 }  // namespace amhex

@@ -18,4 +18,14 @@ namespace amhex {
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run);
 
+// For a closed complex whose vertices have moved since: opens the mesh `layers` cells around the
+// defects of its boundary (boundary_defects.h) and closes it again. Without defects the complex
+// comes back as it is. Errors: as CloseComplex.
+struct Mended {
+  CellComplex complex;
+  bool changed = false;
+};
+absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
+                                    const MeshingParams& params, RunContext& run);
+
 }  // namespace amhex

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/status_macros.h"
+#include "closure/close_complex.h"
 #include "closure/improve_closure.h"
 #include "optimize/place_vertices.h"
 
@@ -16,6 +17,10 @@ struct ImprovementRound {
 };
 constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}};
 
+// Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
+// time.
+constexpr int kMaxMends = 4;
+
 }  // namespace
 
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
@@ -28,6 +33,12 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     complex = std::move(repaired.complex);
     const bool first = &round == &kRounds[0];
     if (!first && repaired.replacements == 0) break;
+    AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
+  }
+  for (int layers = 0; layers < kMaxMends; ++layers) {
+    AMHEX_ASSIGN_OR_RETURN(Mended mended, MendBoundary(complex, hull, layers, params, run));
+    complex = std::move(mended.complex);
+    if (!mended.changed) break;
     AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
   }
   return complex;
