@@ -1,0 +1,181 @@
+#include "blob_store.h"
+
+#include <gtest/gtest.h>
+
+#include "errors.h"
+#include "service_fixtures.h"
+
+namespace amhex::server {
+namespace {
+
+amhex::v1::BlobRef RefOf(const std::string& bytes) {
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(Sha256Hex(bytes));
+  blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
+  return blob;
+}
+
+class BlobStoreTest : public ::testing::Test {
+ protected:
+  void SetUp() override { Reopen(); }
+
+  void Reopen() {
+    store_.reset();
+    auto opened = BlobStore::Open(folder_.path(), limits_);
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    store_ = *std::move(opened);
+  }
+
+  std::unique_ptr<BlobUpload> Start(const amhex::v1::BlobRef& blob) {
+    auto upload = store_->StartUpload(blob);
+    EXPECT_TRUE(upload.ok()) << upload.status();
+    return upload.ok() ? *std::move(upload) : nullptr;
+  }
+
+  std::string Content(const std::string& sha256) {
+    const auto bytes = ReadWholeFile(store_->PathOf(sha256));
+    return bytes.ok() ? *bytes : "";
+  }
+
+  const std::string text_ = "twenty-six bytes of a blob";
+  const amhex::v1::BlobRef blob_ = RefOf(text_);
+  TemporaryFolder folder_;
+  Limits limits_;
+  std::unique_ptr<BlobStore> store_;
+};
+
+TEST_F(BlobStoreTest, KnownDigestOfTheEmptyString) {
+  EXPECT_EQ(Sha256Hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+TEST_F(BlobStoreTest, PutBytesComeBackAndAreCountedOnce) {
+  ASSERT_TRUE(store_->Put(text_).ok());
+  ASSERT_TRUE(store_->Put(text_).ok());
+  EXPECT_EQ(Content(blob_.sha256()), text_);
+  EXPECT_EQ(store_->total_bytes(), blob_.size_bytes());
+}
+
+TEST_F(BlobStoreTest, BlobIsInvisibleUntilFinished) {
+  auto upload = Start(blob_);
+  ASSERT_TRUE(upload->Write(0, text_.data(), text_.size()).ok());
+  EXPECT_FALSE(store_->Contains(blob_.sha256()));
+  ASSERT_TRUE(upload->Finish().ok());
+  EXPECT_TRUE(store_->Contains(blob_.sha256()));
+}
+
+TEST_F(BlobStoreTest, BrokenUploadContinuesAfterARestart) {
+  ASSERT_TRUE(Start(blob_)->Write(0, text_.data(), 10).ok());
+  Reopen();
+  EXPECT_EQ(store_->CommittedSize(blob_.sha256()), 10);
+  auto upload = Start(blob_);
+  EXPECT_EQ(upload->committed_size(), 10);
+  ASSERT_TRUE(upload->Write(10, text_.data() + 10, text_.size() - 10).ok());
+  ASSERT_TRUE(upload->Finish().ok());
+  EXPECT_EQ(Content(blob_.sha256()), text_);
+}
+
+TEST_F(BlobStoreTest, WrongOffsetTellsWhereToContinue) {
+  auto upload = Start(blob_);
+  ASSERT_TRUE(upload->Write(0, text_.data(), 10).ok());
+  const absl::Status status = upload->Write(11, text_.data(), 1);
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(ReasonOf(status), "WRONG_OFFSET");
+}
+
+TEST_F(BlobStoreTest, BytesBeyondTheAnnouncedSizeAreRefused) {
+  auto upload = Start(blob_);
+  const std::string more = text_ + "!";
+  EXPECT_EQ(ReasonOf(upload->Write(0, more.data(), more.size())), "BAD_REQUEST");
+}
+
+TEST_F(BlobStoreTest, WrongDigestDropsTheUpload) {
+  auto upload = Start(blob_);
+  const std::string other(text_.size(), 'x');
+  ASSERT_TRUE(upload->Write(0, other.data(), other.size()).ok());
+  EXPECT_EQ(ReasonOf(upload->Finish()), "DIGEST_MISMATCH");
+  EXPECT_FALSE(store_->Contains(blob_.sha256()));
+  EXPECT_EQ(store_->CommittedSize(blob_.sha256()), 0);
+}
+
+TEST_F(BlobStoreTest, EarlyFinishIsRefusedAndTheUploadGoesOn) {
+  auto upload = Start(blob_);
+  ASSERT_TRUE(upload->Write(0, text_.data(), 10).ok());
+  EXPECT_EQ(ReasonOf(upload->Finish()), "BAD_REQUEST");
+  ASSERT_TRUE(upload->Write(10, text_.data() + 10, text_.size() - 10).ok());
+  EXPECT_TRUE(upload->Finish().ok());
+}
+
+TEST_F(BlobStoreTest, NewerStreamTakesOver) {
+  auto older = Start(blob_);
+  ASSERT_TRUE(older->Write(0, text_.data(), 10).ok());
+  auto newer = Start(blob_);
+  EXPECT_EQ(newer->committed_size(), 10);
+  EXPECT_EQ(ReasonOf(older->Write(10, text_.data() + 10, 1)), "UPLOAD_SUPERSEDED");
+  older.reset();
+  ASSERT_TRUE(newer->Write(10, text_.data() + 10, text_.size() - 10).ok());
+  EXPECT_TRUE(newer->Finish().ok());
+}
+
+TEST_F(BlobStoreTest, StoredBlobNeedsNoUpload) {
+  ASSERT_TRUE(store_->Put(text_).ok());
+  auto upload = Start(blob_);
+  EXPECT_TRUE(upload->complete());
+  EXPECT_EQ(upload->committed_size(), blob_.size_bytes());
+}
+
+TEST_F(BlobStoreTest, UploadsBeyondTheLimitAreRefused) {
+  limits_.max_upload_count = 1;
+  Reopen();
+  auto first = Start(blob_);
+  const auto second = store_->StartUpload(RefOf("other"));
+  EXPECT_EQ(ReasonOf(second.status()), "TOO_MANY_UPLOADS");
+  first.reset();
+  EXPECT_TRUE(store_->StartUpload(RefOf("other")).ok());
+}
+
+TEST_F(BlobStoreTest, BytesBeyondTheBudgetAreRefused) {
+  limits_.max_blob_store_bytes = 10;
+  Reopen();
+  EXPECT_EQ(ReasonOf(store_->Put(text_).status()), "STORAGE_FULL");
+  EXPECT_EQ(ReasonOf(store_->StartUpload(blob_).status()), "STORAGE_FULL");
+}
+
+TEST_F(BlobStoreTest, AdoptedWorkBecomesABlob) {
+  const std::string path = store_->NewWorkPath("job", 1);
+  ASSERT_TRUE(WriteFileAtomically(path, text_).ok());
+  const auto blob = store_->Adopt(path);
+  ASSERT_TRUE(blob.ok()) << blob.status();
+  EXPECT_EQ(blob->sha256(), blob_.sha256());
+  EXPECT_EQ(Content(blob->sha256()), text_);
+}
+
+TEST_F(BlobStoreTest, UnfinishedWorkIsForgottenOnRestart) {
+  const std::string path = store_->NewWorkPath("job", 1);
+  ASSERT_TRUE(WriteFileAtomically(path, text_).ok());
+  Reopen();
+  EXPECT_FALSE(ReadWholeFile(path).ok());
+}
+
+TEST_F(BlobStoreTest, CollectRemovesOldUnusedBlobsOnly) {
+  const auto used = store_->Put("used");
+  const auto unused = store_->Put("unused");
+  ASSERT_TRUE(used.ok() && unused.ok());
+  const auto is_used = [&](const std::string& sha256) { return sha256 == used->sha256(); };
+  const absl::Time past = absl::Now() - absl::Hours(1);
+  const absl::Time future = absl::Now() + absl::Hours(1);
+  EXPECT_EQ(store_->Collect(past, past, is_used), 0);
+  EXPECT_EQ(store_->Collect(future, past, is_used), unused->size_bytes());
+  EXPECT_TRUE(store_->Contains(used->sha256()));
+  EXPECT_FALSE(store_->Contains(unused->sha256()));
+  EXPECT_EQ(store_->total_bytes(), used->size_bytes());
+}
+
+TEST_F(BlobStoreTest, NamesThatAreNoDigestsNeverReachTheDisk) {
+  for (const char* name : {"", "../jobs.db", "ABCDEF", "/etc/passwd"}) {
+    EXPECT_EQ(ReasonOf(store_->Size(name).status()), "BLOB_NOT_FOUND") << name;
+    EXPECT_EQ(ReasonOf(store_->OpenForRead(name).status()), "BLOB_NOT_FOUND") << name;
+  }
+}
+
+}  // namespace
+}  // namespace amhex::server

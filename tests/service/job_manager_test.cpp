@@ -1,0 +1,278 @@
+// The job manager and the worker pool with real child processes that follow scripts.
+#include "job_manager.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+
+#include "errors.h"
+#include "job.h"
+#include "job_id.h"
+#include "service_fixtures.h"
+#include "sqlite_job_store.h"
+#include "worker_pool.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+
+class JobManagerTest : public ::testing::Test {
+ protected:
+  void TearDown() override { Stop(absl::ZeroDuration()); }
+
+  void Start(int worker_count = 1) {
+    metrics_ = std::make_unique<Metrics>("test");
+    auto store = SqliteJobStore::Open(folder_ / "jobs.db");
+    auto blobs = BlobStore::Open(folder_.path(), options_.limits);
+    ASSERT_TRUE(store.ok() && blobs.ok());
+    options_.retry_delay = absl::Milliseconds(1);
+    auto manager =
+        JobManager::Create(options_, *std::move(store), *std::move(blobs), metrics_.get());
+    ASSERT_TRUE(manager.ok()) << manager.status();
+    manager_ = *std::move(manager);
+    WorkerPool::Options pool_options;
+    pool_options.command.path = AMHEX_SCRIPTED_WORKER;
+    pool_options.worker_count = worker_count;
+    pool_options.stop_patience = absl::Milliseconds(300);
+    pool_ = std::make_unique<WorkerPool>(pool_options, manager_.get());
+    pool_->Start(nullptr);
+  }
+
+  void Stop(absl::Duration patience) {
+    if (manager_) manager_->StartDraining();
+    if (pool_) pool_->Stop(absl::Now() + patience);
+    pool_.reset();
+    manager_.reset();
+    metrics_.reset();
+  }
+
+  // Submits and returns the id.
+  std::string Submit(const std::string& script) {
+    const auto job = manager_->Submit(ScriptRequest(script));
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? JobIdFromName(job->name()) : "";
+  }
+
+  Job Get(const std::string& id) {
+    auto job = manager_->Get(id);
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? *std::move(job) : Job();
+  }
+
+  bool Reaches(const std::string& id, Job::State state) {
+    return Eventually([&] { return Get(id).state() == state; });
+  }
+
+  bool ReachesIteration(const std::string& id, int iteration) {
+    return Eventually([&] { return Get(id).progress().iteration() == iteration; });
+  }
+
+  Job Finished(const std::string& id) {
+    EXPECT_TRUE(Eventually([&] { return IsFinal(Get(id).state()); }));
+    return Get(id);
+  }
+
+  int LinesOf(const std::string& path) {
+    std::ifstream file(path);
+    int count = 0;
+    for (std::string line; std::getline(file, line);) ++count;
+    return count;
+  }
+
+  TemporaryFolder folder_;
+  JobManager::Options options_;
+  std::unique_ptr<Metrics> metrics_;
+  std::unique_ptr<JobManager> manager_;
+  std::unique_ptr<WorkerPool> pool_;
+};
+
+TEST_F(JobManagerTest, JobRunsAndItsResultIsABlobWithStagesStored) {
+  Start();
+  const std::string id = Submit("progress 1; stage; succeed mesh;");
+  const Job job = Finished(id);
+  ASSERT_EQ(job.state(), Job::SUCCEEDED) << job.error().message();
+  EXPECT_EQ(job.stages_size(), 1);
+  EXPECT_EQ(*ReadWholeFile(manager_->blobs().PathOf(job.result().mesh().sha256())), "mesh");
+  EXPECT_EQ(job.attempt_count(), 1);
+}
+
+TEST_F(JobManagerTest, FailedJobCarriesReasonAndStage) {
+  Start();
+  const Job job = Finished(Submit("progress 1; fail;"));
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "INPUT_INVALID");
+  EXPECT_EQ(job.failed_stage(), amhex::v1::STAGE_RELAX);
+}
+
+TEST_F(JobManagerTest, KilledWorkerCostsOneAttemptAndIsReplaced) {
+  Start();
+  const std::string id = Submit("once " + (folder_ / "mark") + "; succeed mesh;");
+  const Job job = Finished(id);
+  EXPECT_EQ(job.state(), Job::SUCCEEDED);
+  EXPECT_EQ(job.attempt_count(), 2);
+}
+
+TEST_F(JobManagerTest, JobWhoseWorkerAlwaysDiesFailsAfterTheLastAttempt) {
+  Start();
+  const Job job = Finished(Submit("progress 1; touch " + (folder_ / "log") + "; kill;"));
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "ATTEMPTS_EXHAUSTED");
+  EXPECT_EQ(LinesOf(folder_ / "log"), options_.limits.max_attempts);
+}
+
+TEST_F(JobManagerTest, InputThatCrashesTheDecoderFailsAtOnce) {
+  Start();
+  const Job job = Finished(Submit("decode; abort;"));
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "INPUT_DECODE_LIMIT");
+  EXPECT_EQ(job.attempt_count(), 1);
+}
+
+TEST_F(JobManagerTest, OtherJobsRunAfterACrash) {
+  Start();
+  const std::string bad = Submit("decode; abort;");
+  const std::string good = Submit("succeed mesh;");
+  EXPECT_EQ(Finished(bad).state(), Job::FAILED);
+  EXPECT_EQ(Finished(good).state(), Job::SUCCEEDED);
+}
+
+TEST_F(JobManagerTest, CancelStopsARunningJob) {
+  Start();
+  const std::string id = Submit("progress 7; sleep 60000; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(id, 7));
+  ASSERT_TRUE(manager_->Cancel(id).ok());
+  const Job job = Finished(id);
+  EXPECT_EQ(job.state(), Job::CANCELLED);
+  EXPECT_EQ(ReasonOf(job.error()), "CANCEL_REQUESTED");
+}
+
+TEST_F(JobManagerTest, WorkerThatIgnoresCancelIsKilled) {
+  Start();
+  const std::string id = Submit("progress 7; deaf 60000; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(id, 7));
+  ASSERT_TRUE(manager_->Cancel(id).ok());
+  EXPECT_EQ(Finished(id).state(), Job::CANCELLED);
+  EXPECT_EQ(Finished(Submit("succeed mesh;")).state(), Job::SUCCEEDED);
+}
+
+TEST_F(JobManagerTest, CancelledQueuedJobNeverRuns) {
+  Start();
+  const std::string blocker = Submit("progress 7; sleep 60000;");
+  ASSERT_TRUE(ReachesIteration(blocker, 7));
+  const std::string id = Submit("touch " + (folder_ / "log") + "; succeed mesh;");
+  const auto cancelled = manager_->Cancel(id);
+  ASSERT_TRUE(cancelled.ok());
+  EXPECT_EQ(cancelled->state(), Job::CANCELLED);
+  ASSERT_TRUE(manager_->Cancel(blocker).ok());
+  EXPECT_EQ(Finished(Submit("succeed mesh;")).state(), Job::SUCCEEDED);
+  EXPECT_EQ(LinesOf(folder_ / "log"), 0);
+}
+
+TEST_F(JobManagerTest, RunTimeoutEndsEvenADeafWorker) {
+  Start();
+  auto request = ScriptRequest("deaf 60000;");
+  request.mutable_run_timeout()->set_nanos(50'000'000);
+  const auto submitted = manager_->Submit(request);
+  ASSERT_TRUE(submitted.ok());
+  const Job job = Finished(JobIdFromName(submitted->name()));
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "RUN_TIMEOUT");
+}
+
+TEST_F(JobManagerTest, QueueTimeoutEndsAWaitingJob) {
+  Start();
+  const std::string blocker = Submit("progress 7; sleep 60000;");
+  ASSERT_TRUE(ReachesIteration(blocker, 7));
+  auto request = ScriptRequest("succeed mesh;");
+  request.mutable_queue_timeout()->set_nanos(10'000'000);
+  const auto submitted = manager_->Submit(request);
+  ASSERT_TRUE(submitted.ok());
+  const Job job = Finished(JobIdFromName(submitted->name()));
+  EXPECT_EQ(ReasonOf(job.error()), "QUEUE_TIMEOUT");
+}
+
+TEST_F(JobManagerTest, DrainGivesRunningJobsBackAndTheNextServerRunsThem) {
+  Start();
+  const std::string id = Submit("progress 7; once " + (folder_ / "never") + "; succeed mesh;");
+  const std::string slow =
+      Submit("touch " + (folder_ / "log") + "; progress 7; sleep 60000; succeed mesh;");
+  EXPECT_EQ(Finished(id).attempt_count(), 2);
+  ASSERT_TRUE(ReachesIteration(slow, 7));
+  Stop(absl::ZeroDuration());
+  Start();
+  ASSERT_TRUE(ReachesIteration(slow, 7));
+  EXPECT_EQ(Get(slow).attempt_count(), 1);
+  EXPECT_EQ(LinesOf(folder_ / "log"), 2);
+}
+
+TEST_F(JobManagerTest, DrainLetsRunningJobsFinishInTime) {
+  Start();
+  const std::string id = Submit("progress 7; deaf 300; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(id, 7));
+  Stop(absl::Seconds(20));
+  Start();
+  EXPECT_EQ(Get(id).state(), Job::SUCCEEDED);
+}
+
+TEST_F(JobManagerTest, DrainingManagerRefusesNewJobs) {
+  Start();
+  manager_->StartDraining();
+  const auto refused = manager_->Submit(ScriptRequest("succeed mesh;"));
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(ReasonOf(refused.status()), "SERVER_DRAINING");
+}
+
+TEST_F(JobManagerTest, ManyJobsOnSeveralWorkersAllSucceedOnce) {
+  Start(3);
+  std::vector<std::string> ids;
+  for (int i = 0; i < 30; ++i) {
+    ids.push_back(Submit("touch " + (folder_ / "log") + "; progress 1; stage; succeed mesh;"));
+  }
+  for (const std::string& id : ids) EXPECT_EQ(Finished(id).state(), Job::SUCCEEDED);
+  EXPECT_EQ(LinesOf(folder_ / "log"), 30);
+}
+
+TEST_F(JobManagerTest, KillingWorkersFromOutsideLosesNoJob) {
+  Start(2);
+  options_.limits.max_attempts = 3;
+  std::vector<std::string> ids;
+  for (int i = 0; i < 10; ++i) ids.push_back(Submit("progress 1; sleep 30; succeed mesh;"));
+  for (int round = 0; round < 2; ++round) {
+    for (const pid_t pid : pool_->pids()) kill(pid, SIGKILL);
+    absl::SleepFor(absl::Milliseconds(100));
+  }
+  for (const std::string& id : ids) EXPECT_EQ(Finished(id).state(), Job::SUCCEEDED);
+}
+
+TEST_F(JobManagerTest, MissingBlobIsRefusedWithItsName) {
+  Start();
+  amhex::v1::SubmitJobRequest request;
+  request.mutable_input_blob()->set_sha256(std::string(64, 'a'));
+  const auto refused = manager_->Submit(request);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(ReasonOf(refused.status()), "BLOB_MISSING");
+}
+
+TEST_F(JobManagerTest, HostileInputIsRefusedBeforeAnyWorkerSeesIt) {
+  Start();
+  amhex::v1::SubmitJobRequest request;
+  request.set_inline_input(DracoFileHeader(2, 3, 0, 1) + LittleEndian(2'147'483'647, 4) + '\1');
+  EXPECT_EQ(ReasonOf(manager_->Submit(request).status()), "INPUT_TOO_LARGE");
+}
+
+TEST_F(JobManagerTest, EstimateComesFromAWorkerOfItsOwn) {
+  Start();
+  auto request = ScriptRequest("succeed mesh;");
+  const auto input = manager_->AdmitInput(request);
+  ASSERT_TRUE(input.ok());
+  amhex::worker::RunJob order;
+  order.set_input_path(manager_->blobs().PathOf(input->sha256()));
+  const auto estimate = pool_->Estimate(order);
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_EQ(estimate->cell_count(), 42);
+}
+
+}  // namespace
+}  // namespace amhex::server

@@ -1,0 +1,151 @@
+// A worker for tests: speaks amhexd's frame protocol, but does what its input says instead of
+// meshing. The script follows the 32 bytes of an AMHEXHUL header; its commands end with ';'.
+//
+//   decode            reports that decoding has begun
+//   progress N        reports iteration N of the relaxation
+//   stage             reports that the relaxation is done
+//   sleep MS          waits; a stop order ends the job as cancelled
+//   deaf MS           waits and ignores stop orders
+//   abort | kill      dies by SIGABRT or SIGKILL
+//   once PATH         goes on only if the file PATH exists; else makes it and dies by SIGKILL
+//   touch PATH        appends a line to the file PATH
+//   fail              ends the job with an error
+//   succeed TEXT      writes TEXT as the result and ends the job
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "errors.h"
+#include "files.h"
+#include "input_preflight.h"
+#include "worker/frame_channel.h"
+#include "worker/worker_fd.h"
+#include "worker/worker_protocol.pb.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::worker::FromWorker;
+using amhex::worker::ToWorker;
+
+class ScriptedWorker {
+ public:
+  int Run() {
+    FromWorker hello;
+    hello.mutable_hello()->set_engine_version("scripted");
+    auto* backend = hello.mutable_hello()->add_backends();
+    backend->set_backend(amhex::v1::BACKEND_CPU);
+    backend->set_available(true);
+    if (!channel_.Send(hello).ok()) return EXIT_FAILURE;
+    while (true) {
+      ToWorker frame;
+      const auto outcome = channel_.Receive(&frame, absl::InfiniteDuration());
+      if (!outcome.ok()) return EXIT_SUCCESS;
+      if (frame.has_run()) Perform(frame.run());
+    }
+  }
+
+ private:
+  void Perform(const amhex::worker::RunJob& order) {
+    order_ = order;
+    finished_ = false;
+    const auto bytes = ReadWholeFile(order.input_path());
+    std::istringstream script(bytes.ok() ? bytes->substr(kArraysHeaderBytes) : "");
+    std::string command;
+    while (!finished_ && std::getline(script, command, ';')) {
+      std::istringstream words(command);
+      std::string verb;
+      std::string argument;
+      words >> verb >> argument;
+      Obey(verb, argument);
+    }
+    if (!finished_) Fail("the script ended without a verdict");
+  }
+
+  void Obey(const std::string& verb, const std::string& argument) {
+    if (verb == "decode") Progress(amhex::v1::STAGE_DECODE_INPUT, 0);
+    if (verb == "progress") Progress(amhex::v1::STAGE_RELAX, std::stoi(argument));
+    if (verb == "stage") Stage();
+    if (verb == "sleep") Sleep(std::stoi(argument));
+    if (verb == "deaf") std::this_thread::sleep_for(std::chrono::milliseconds(std::stoi(argument)));
+    if (verb == "abort") raise(SIGABRT);
+    if (verb == "kill") raise(SIGKILL);
+    if (verb == "once") Once(argument);
+    if (verb == "touch") std::ofstream(argument, std::ios::app) << "here\n";
+    if (verb == "fail") Fail("as the script says");
+    if (verb == "succeed") Succeed(argument);
+  }
+
+  void Progress(amhex::v1::Stage stage, int iteration) {
+    FromWorker news;
+    news.mutable_progress()->set_stage(stage);
+    news.mutable_progress()->set_iteration(iteration);
+    Send(news);
+  }
+
+  void Stage() {
+    FromWorker news;
+    news.mutable_stage()->set_stage(amhex::v1::STAGE_RELAX);
+    news.mutable_stage()->mutable_wall_duration()->set_nanos(1'000'000);
+    Send(news);
+  }
+
+  void Sleep(int milliseconds) {
+    ToWorker frame;
+    const auto outcome = channel_.Receive(&frame, absl::Milliseconds(milliseconds));
+    if (!outcome.ok()) _exit(EXIT_SUCCESS);
+    if (*outcome == FrameChannel::Outcome::kFrame && frame.has_stop()) {
+      Finish(absl::CancelledError("stopped"));
+    }
+  }
+
+  void Once(const std::string& path) {
+    if (access(path.c_str(), F_OK) == 0) return;
+    std::ofstream file(path);
+    file.close();
+    raise(SIGKILL);
+  }
+
+  void Fail(const std::string& message) {
+    Finish(MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_INVALID, message));
+  }
+
+  void Finish(const absl::Status& error) {
+    finished_ = true;
+    FromWorker news;
+    *news.mutable_finished()->mutable_error() = ToRpcStatus(error);
+    Send(news);
+  }
+
+  void Succeed(const std::string& text) {
+    finished_ = true;
+    FromWorker news;
+    if (order_.estimate_only()) {
+      news.mutable_finished()->mutable_estimate()->set_cell_count(42);
+    } else {
+      std::ofstream(order_.output_path()) << text;
+      news.mutable_finished()->mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
+    }
+    Send(news);
+  }
+
+  void Send(const FromWorker& news) {
+    if (!channel_.Send(news).ok()) _exit(EXIT_SUCCESS);
+  }
+
+  FrameChannel channel_{UniqueFd(kWorkerFd)};
+  amhex::worker::RunJob order_;
+  bool finished_ = false;
+};
+
+}  // namespace
+}  // namespace amhex::server
+
+int main() { return amhex::server::ScriptedWorker().Run(); }

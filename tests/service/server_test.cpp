@@ -1,0 +1,412 @@
+// The service over a real channel, with scripted workers.
+#include "server.h"
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include "amhex/v1/blob_service.grpc.pb.h"
+#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "errors.h"
+#include "google/rpc/error_details.pb.h"
+#include "job.h"
+#include "job_manager.h"
+#include "service_fixtures.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+using google::rpc::BadRequest;
+
+class ServerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.listen = {"127.0.0.1:0"};
+    options_.metrics_listen = "";
+    options_.data_dir = folder_ / "data";
+    options_.worker = AMHEX_SCRIPTED_WORKER;
+    Start();
+  }
+
+  void Start() {
+    auto created = Server::Create(options_);
+    ASSERT_TRUE(created.ok()) << created.status();
+    server_ = *std::move(created);
+    channel_ =
+        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
+    mesher_ = amhex::v1::Mesher::NewStub(channel_);
+    blobs_ = amhex::v1::Blobs::NewStub(channel_);
+  }
+
+  grpc::Status Submit(const amhex::v1::SubmitJobRequest& request, Job* job) {
+    grpc::ClientContext context;
+    amhex::v1::SubmitJobResponse response;
+    const grpc::Status status = mesher_->SubmitJob(&context, request, &response);
+    *job = response.job();
+    return status;
+  }
+
+  std::string SubmitScript(const std::string& script) {
+    Job job;
+    const grpc::Status status = Submit(ScriptRequest(script), &job);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return job.name();
+  }
+
+  // Watches to the end; returns the frames and checks that their numbers grow.
+  std::vector<amhex::v1::WatchJobResponse> Watch(const std::string& name, int64_t after_seq = 0) {
+    grpc::ClientContext context;
+    amhex::v1::WatchJobRequest request;
+    request.set_name(name);
+    request.set_after_seq(after_seq);
+    auto stream = mesher_->WatchJob(&context, request);
+    std::vector<amhex::v1::WatchJobResponse> frames;
+    for (amhex::v1::WatchJobResponse frame; stream->Read(&frame);) {
+      if (!frames.empty()) EXPECT_GT(frame.seq(), frames.back().seq());
+      frames.push_back(frame);
+    }
+    watch_status_ = stream->Finish();
+    return frames;
+  }
+
+  Job Finish(const std::string& name) {
+    const auto frames = Watch(name);
+    EXPECT_TRUE(watch_status_.ok()) << watch_status_.error_message();
+    return frames.empty() ? Job() : frames.back().job();
+  }
+
+  std::string Read(const std::string& sha256, int64_t offset = 0, int64_t limit = 0) {
+    grpc::ClientContext context;
+    amhex::v1::ReadBlobRequest request;
+    request.mutable_blob()->set_sha256(sha256);
+    request.set_offset(offset);
+    request.set_limit(limit);
+    auto stream = blobs_->ReadBlob(&context, request);
+    std::string bytes;
+    for (amhex::v1::ReadBlobResponse chunk; stream->Read(&chunk);) bytes += chunk.data();
+    read_status_ = stream->Finish();
+    return bytes;
+  }
+
+  // Writes `bytes` from `offset` on in chunks of `chunk_bytes`; `finish` ends the blob.
+  grpc::Status Write(const amhex::v1::BlobRef& blob, const std::string& bytes, size_t offset,
+                     size_t chunk_bytes, bool finish, amhex::v1::WriteBlobResponse* response) {
+    grpc::ClientContext context;
+    auto stream = blobs_->WriteBlob(&context, response);
+    amhex::v1::WriteBlobRequest chunk;
+    *chunk.mutable_blob() = blob;
+    do {
+      chunk.set_offset(static_cast<int64_t>(offset));
+      chunk.set_data(bytes.substr(offset, chunk_bytes));
+      offset += chunk.data().size();
+      chunk.set_finish(finish && offset == bytes.size());
+      if (!stream->Write(chunk)) break;
+    } while (offset < bytes.size());
+    stream->WritesDone();
+    return stream->Finish();
+  }
+
+  TemporaryFolder folder_;
+  ServerOptions options_;
+  std::unique_ptr<Server> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
+  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
+  grpc::Status watch_status_;
+  grpc::Status read_status_;
+};
+
+std::string Reason(const grpc::Status& status) {
+  google::rpc::Status details;
+  EXPECT_TRUE(details.ParseFromString(status.error_details()));
+  return ReasonOf(details);
+}
+
+std::vector<std::string> BadFields(const grpc::Status& status) {
+  google::rpc::Status details;
+  details.ParseFromString(status.error_details());
+  std::vector<std::string> fields;
+  for (const auto& detail : details.details()) {
+    BadRequest bad;
+    if (!detail.UnpackTo(&bad)) continue;
+    for (const auto& violation : bad.field_violations()) fields.push_back(violation.field());
+  }
+  return fields;
+}
+
+amhex::v1::BlobRef RefOf(const std::string& bytes) {
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(Sha256Hex(bytes));
+  blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
+  return blob;
+}
+
+TEST_F(ServerTest, JobIsSubmittedWatchedAndFetched) {
+  const std::string name = SubmitScript("progress 1; stage; succeed mesh;");
+  const auto frames = Watch(name);
+  ASSERT_TRUE(watch_status_.ok()) << watch_status_.error_message();
+  ASSERT_GE(frames.size(), 1u);
+  EXPECT_TRUE(frames.front().has_job());
+  const Job& job = frames.back().job();
+  ASSERT_EQ(job.state(), Job::SUCCEEDED);
+  EXPECT_EQ(job.stages_size(), 1);
+  EXPECT_EQ(Read(job.result().mesh().sha256()), "mesh");
+}
+
+TEST_F(ServerTest, AllBadFieldsAreNamedAtOnce) {
+  amhex::v1::SubmitJobRequest request;
+  request.set_request_id("not a uuid");
+  request.set_priority(101);
+  request.mutable_params()->mutable_sizing()->set_cell_count(-1);
+  request.mutable_params()->mutable_relaxation()->set_split_limit(1000);
+  request.mutable_params()->mutable_run()->set_seed(-5);
+  request.mutable_run_timeout()->set_seconds(-1);
+  request.mutable_ttl()->set_seconds(int64_t{1} << 60);
+  Job job;
+  const grpc::Status status = Submit(request, &job);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(Reason(status), "BAD_REQUEST");
+  const std::vector<std::string> fields = BadFields(status);
+  for (const char* field : {"request_id", "priority", "params.sizing.cell_count", "ttl", "input",
+                            "params.relaxation.split_limit", "params.run.seed", "run_timeout"}) {
+    EXPECT_NE(std::find(fields.begin(), fields.end(), field), fields.end()) << field;
+  }
+}
+
+TEST_F(ServerTest, RepeatedRequestIdGivesTheSameJob) {
+  auto request = ScriptRequest("succeed mesh;");
+  request.set_request_id("6f9619ff-8b86-4011-b42d-00c04fc964ff");
+  Job first;
+  Job second;
+  ASSERT_TRUE(Submit(request, &first).ok());
+  ASSERT_TRUE(Submit(request, &second).ok());
+  EXPECT_EQ(first.name(), second.name());
+  request.set_priority(1);
+  const grpc::Status status = Submit(request, &second);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(Reason(status), "REQUEST_ID_REUSED");
+}
+
+TEST_F(ServerTest, ValidateOnlyEstimatesAndMakesNoJob) {
+  auto request = ScriptRequest("succeed mesh;");
+  request.set_validate_only(true);
+  grpc::ClientContext context;
+  amhex::v1::SubmitJobResponse response;
+  const grpc::Status status = mesher_->SubmitJob(&context, request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_FALSE(response.has_job());
+  EXPECT_EQ(response.estimate().cell_count(), 42);
+}
+
+TEST_F(ServerTest, UnknownAndMalformedNamesAreToldApart) {
+  for (const auto& [name, code] :
+       {std::pair{"jobs/018f0000-0000-7000-8000-000000000000", grpc::StatusCode::NOT_FOUND},
+        std::pair{"jobs/1", grpc::StatusCode::INVALID_ARGUMENT},
+        std::pair{"", grpc::StatusCode::INVALID_ARGUMENT}}) {
+    grpc::ClientContext get_context;
+    amhex::v1::GetJobRequest get;
+    get.set_name(name);
+    Job job;
+    EXPECT_EQ(mesher_->GetJob(&get_context, get, &job).error_code(), code) << name;
+    Watch(name);
+    EXPECT_EQ(watch_status_.error_code(), code) << name;
+    grpc::ClientContext cancel_context;
+    amhex::v1::CancelJobRequest cancel;
+    cancel.set_name(name);
+    EXPECT_EQ(mesher_->CancelJob(&cancel_context, cancel, &job).error_code(), code) << name;
+  }
+}
+
+TEST_F(ServerTest, WatchEndsAfterCancel) {
+  const std::string name = SubmitScript("progress 7; sleep 60000;");
+  std::thread canceller([&] {
+    EXPECT_TRUE(Eventually([&] { return server_->manager().Get(name.substr(5))->has_progress(); }));
+    grpc::ClientContext context;
+    amhex::v1::CancelJobRequest cancel;
+    cancel.set_name(name);
+    Job job;
+    EXPECT_TRUE(mesher_->CancelJob(&context, cancel, &job).ok());
+  });
+  EXPECT_EQ(Finish(name).state(), Job::CANCELLED);
+  canceller.join();
+}
+
+TEST_F(ServerTest, EndingAWatchLeavesTheJobRunning) {
+  const std::string name = SubmitScript("progress 1; sleep 200; succeed mesh;");
+  {
+    grpc::ClientContext context;
+    amhex::v1::WatchJobRequest request;
+    request.set_name(name);
+    auto stream = mesher_->WatchJob(&context, request);
+    amhex::v1::WatchJobResponse frame;
+    ASSERT_TRUE(stream->Read(&frame));
+    context.TryCancel();
+    EXPECT_FALSE(stream->Finish().ok());
+  }
+  EXPECT_EQ(Finish(name).state(), Job::SUCCEEDED);
+}
+
+TEST_F(ServerTest, BrokenUploadIsContinuedAndSubmitted) {
+  const std::string bytes = ScriptInput("succeed mesh; " + std::string(3'000'000, ' '));
+  const auto blob = RefOf(bytes);
+  amhex::v1::WriteBlobResponse written;
+  const std::string half = bytes.substr(0, bytes.size() / 2);
+  ASSERT_TRUE(Write(blob, half, 0, 100'000, false, &written).ok());
+  EXPECT_EQ(written.committed_size(), static_cast<int64_t>(half.size()));
+  EXPECT_FALSE(written.complete());
+  grpc::ClientContext context;
+  amhex::v1::QueryWriteStatusRequest query;
+  *query.mutable_blob() = blob;
+  amhex::v1::QueryWriteStatusResponse status;
+  ASSERT_TRUE(blobs_->QueryWriteStatus(&context, query, &status).ok());
+  ASSERT_EQ(status.committed_size(), written.committed_size());
+  ASSERT_TRUE(Write(blob, bytes, half.size(), 1'000'000, true, &written).ok());
+  EXPECT_TRUE(written.complete());
+  amhex::v1::SubmitJobRequest request;
+  *request.mutable_input_blob() = blob;
+  request.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
+  Job job;
+  ASSERT_TRUE(Submit(request, &job).ok());
+  EXPECT_EQ(Finish(job.name()).state(), Job::SUCCEEDED);
+}
+
+TEST_F(ServerTest, ReadsContinueAtAnyByte) {
+  std::string bytes(2'500'000, ' ');
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(i % 251);
+  amhex::v1::WriteBlobResponse written;
+  ASSERT_TRUE(Write(RefOf(bytes), bytes, 0, 1'000'000, true, &written).ok());
+  const std::string sha256 = RefOf(bytes).sha256();
+  EXPECT_EQ(Read(sha256), bytes);
+  EXPECT_EQ(Read(sha256, 1'234'567), bytes.substr(1'234'567));
+  EXPECT_EQ(Read(sha256, 1'234'567, 10), bytes.substr(1'234'567, 10));
+  EXPECT_EQ(Read(sha256, static_cast<int64_t>(bytes.size())), "");
+  EXPECT_TRUE(read_status_.ok());
+  Read(sha256, static_cast<int64_t>(bytes.size()) + 1);
+  EXPECT_EQ(read_status_.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  Read(std::string(64, '0'));
+  EXPECT_EQ(read_status_.error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(ServerTest, FindMissingNamesOnlyWhatIsMissing) {
+  const std::string bytes = "stored";
+  amhex::v1::WriteBlobResponse written;
+  ASSERT_TRUE(Write(RefOf(bytes), bytes, 0, 10, true, &written).ok());
+  grpc::ClientContext context;
+  amhex::v1::FindMissingBlobsRequest request;
+  *request.add_blobs() = RefOf(bytes);
+  *request.add_blobs() = RefOf("absent");
+  amhex::v1::FindMissingBlobsResponse response;
+  ASSERT_TRUE(blobs_->FindMissingBlobs(&context, request, &response).ok());
+  ASSERT_EQ(response.missing_blobs_size(), 1);
+  EXPECT_EQ(response.missing_blobs(0).sha256(), RefOf("absent").sha256());
+}
+
+TEST_F(ServerTest, PagesCoverAllJobsAndTokensAreBoundToTheirFilters) {
+  for (int i = 0; i < 5; ++i) SubmitScript("succeed mesh;");
+  amhex::v1::ListJobsRequest request;
+  request.set_page_size(2);
+  size_t count = 0;
+  std::string some_token;
+  do {
+    grpc::ClientContext context;
+    amhex::v1::ListJobsResponse response;
+    ASSERT_TRUE(mesher_->ListJobs(&context, request, &response).ok());
+    count += static_cast<size_t>(response.jobs_size());
+    request.set_page_token(response.next_page_token());
+    if (!response.next_page_token().empty()) some_token = response.next_page_token();
+  } while (!request.page_token().empty());
+  EXPECT_EQ(count, 5u);
+  request.set_page_token(some_token);
+  request.add_states(Job::QUEUED);
+  grpc::ClientContext context;
+  amhex::v1::ListJobsResponse response;
+  EXPECT_EQ(mesher_->ListJobs(&context, request, &response).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(ServerTest, CapabilitiesTellLimitsAndWorkers) {
+  amhex::v1::Capabilities capabilities;
+  ASSERT_TRUE(Eventually([&] {
+    grpc::ClientContext context;
+    return mesher_->GetCapabilities(&context, {}, &capabilities).ok() &&
+           capabilities.worker_count() == 1;
+  }));
+  EXPECT_EQ(capabilities.limits().max_inline_input_bytes(), options_.limits.max_inline_input_bytes);
+  EXPECT_EQ(capabilities.engine_version(), "scripted");
+  ASSERT_EQ(capabilities.backends_size(), 1);
+}
+
+TEST_F(ServerTest, StopEndsStreamsAndTheNextServerContinuesTheJob) {
+  const std::string name = SubmitScript("progress 7; sleep 60000;");
+  std::thread stopper([&] {
+    EXPECT_TRUE(Eventually([&] { return server_->manager().Get(name.substr(5))->has_progress(); }));
+    server_->Stop(absl::Now());
+  });
+  const auto frames = Watch(name);
+  stopper.join();
+  EXPECT_EQ(watch_status_.error_code(), grpc::StatusCode::UNAVAILABLE);
+  ASSERT_FALSE(frames.empty());
+  server_.reset();
+  Start();
+  grpc::ClientContext context;
+  amhex::v1::WatchJobRequest request;
+  request.set_name(name);
+  request.set_after_seq(frames.back().seq());
+  auto stream = mesher_->WatchJob(&context, request);
+  amhex::v1::WatchJobResponse frame;
+  ASSERT_TRUE(stream->Read(&frame));
+  EXPECT_GT(frame.seq(), frames.back().seq());
+  EXPECT_FALSE(IsFinal(frame.job().state()));
+  context.TryCancel();
+  stream->Finish();
+}
+
+TEST_F(ServerTest, SecondServerOnTheSameFolderIsRefused) {
+  EXPECT_EQ(Server::Create(options_).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(ServerTest, TakenAddressIsRefused) {
+  ServerOptions second = options_;
+  second.data_dir = folder_ / "other";
+  second.listen = server_->addresses();
+  EXPECT_EQ(Server::Create(second).status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(ServerTest, UnixSocketServesToo) {
+  server_.reset();
+  options_.listen = {"unix:" + (folder_ / "amhex.sock")};
+  Start();
+  EXPECT_EQ(Finish(SubmitScript("succeed mesh;")).state(), Job::SUCCEEDED);
+}
+
+TEST_F(ServerTest, EphemeralServerLeavesNothingBehind) {
+  server_.reset();
+  options_.ephemeral = true;
+  options_.data_dir = folder_ / "unused";
+  Start();
+  EXPECT_EQ(Finish(SubmitScript("succeed mesh;")).state(), Job::SUCCEEDED);
+  server_.reset();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "unused"));
+}
+
+TEST(ServerOptionsCheck, PlaintextBeyondTheMachineNeedsInsecure) {
+  ServerOptions options;
+  options.worker = AMHEX_SCRIPTED_WORKER;
+  options.listen = {"0.0.0.0:50051"};
+  EXPECT_FALSE(Validate(options).ok());
+  options.insecure = true;
+  EXPECT_TRUE(Validate(options).ok());
+  for (const char* local : {"127.0.0.1:1", "localhost:1", "[::1]:1", "unix:/tmp/x"}) {
+    EXPECT_TRUE(IsLocalAddress(local)) << local;
+  }
+  for (const char* open : {"0.0.0.0:1", "[::]:1", "example.org:1", "127evil.org:1"}) {
+    EXPECT_FALSE(IsLocalAddress(open)) << open;
+  }
+}
+
+}  // namespace
+}  // namespace amhex::server
