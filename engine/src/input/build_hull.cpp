@@ -51,7 +51,7 @@ std::vector<Vec3d> InUnitFrame(const std::vector<Vec3d>& points, const Frame& fr
 
 absl::StatusOr<ClosedSurface> CloseInput(const InputHull& input, const Frame& frame,
                                          const SizingParams& sizing, RunContext& run) {
-  const WantedSize wanted{sizing.cell_count, sizing.edge_length / frame.scale};
+  const WantedSize wanted{sizing.cell_count, sizing.edge_length, frame.scale};
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) {
     return CloseMesh({InUnitFrame(mesh->vertices, frame), mesh->triangles}, wanted, run);
   }
@@ -102,6 +102,33 @@ double VolumeOf(const TriangleMesh& mesh) {
   return volume;
 }
 
+struct SizedSolid {
+  ClosedSurface closed;
+  double volume = 0;            // of its frame
+  double user_edge_length = 0;  // the user's units
+};
+
+absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
+                                     const SizingParams& sizing, RunContext& run) {
+  SizedSolid result;
+  AMHEX_ASSIGN_OR_RETURN(result.closed, CloseInput(input, unit, sizing, run));
+  const TriangleMesh& solid = result.closed.mesh;
+  result.volume = VolumeOf(solid);
+  if (!(result.volume > kSmallestVolumeRatio)) {
+    return absl::InvalidArgumentError(absl::StrCat("the input encloses no volume: ", result.volume,
+                                                   " of its box diagonal cubed"));
+  }
+  // What was rebuilt for a size keeps that size, so that a rerun with it gets the same surface.
+  SizingParams wanted = sizing;
+  if (result.closed.user_edge_length > 0 && sizing.cell_count > 0) {
+    wanted = {0, result.closed.user_edge_length};
+  }
+  const HullQueries queries(solid.vertices, solid.triangles);
+  AMHEX_ASSIGN_OR_RETURN(result.user_edge_length,
+                         ResolveEdgeLength(wanted, solid, queries, result.volume, unit.scale));
+  return result;
+}
+
 }  // namespace
 
 absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
@@ -112,30 +139,25 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   if (!(unit.scale > 0)) {
     return absl::InvalidArgumentError("the input's triangles are all at one point");
   }
-  absl::StatusOr<ClosedSurface> closed = CloseInput(input, unit, params.sizing, run);
-  if (!closed.ok()) return closed.status();
+  SizingParams sizing = params.sizing;
+  AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, run));
+  if (sized.closed.user_edge_length > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
+    // Only a first surface could tell the default size; the hull is the one made for that size.
+    sizing.edge_length = sized.user_edge_length;
+    AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
+  }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
 
-  TriangleMesh& solid = closed->mesh;
-  const double volume = VolumeOf(solid);
-  if (!(volume > kSmallestVolumeRatio)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the input encloses no volume: ", volume, " of its box diagonal cubed"));
-  }
-  const HullQueries unit_queries(solid.vertices, solid.triangles);
-  const absl::StatusOr<double> edge_length =
-      ResolveEdgeLength(params.sizing, solid, unit_queries, volume, unit.scale);
-  if (!edge_length.ok()) return edge_length.status();
-  const double h = *edge_length;
-
+  TriangleMesh& solid = sized.closed.mesh;
+  const double h = sized.user_edge_length / unit.scale;
   Hull hull;
-  hull.frame = {unit.origin, unit.scale * h};
+  hull.frame = {unit.origin, sized.user_edge_length};
   hull.vertices = std::move(solid.vertices);
   for (Vec3d& p : hull.vertices) p /= h;
   hull.triangles = std::move(solid.triangles);
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
-  hull.volume = volume / (h * h * h);
-  hull.warnings = std::move(closed->warnings);
+  hull.volume = sized.volume / (h * h * h);
+  hull.warnings = std::move(sized.closed.warnings);
   hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles);
 
   const TriangleMesh topology{hull.vertices, hull.triangles};
@@ -145,11 +167,8 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   hull.genus = adjacency.IsClosedManifold() ? GenusOf(topology, adjacency, components) : -1;
   ComputeNormals(adjacency, hull);
   FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, hull);
-  if (std::holds_alternative<PointCloud>(input)) {
-    hull.input_points = InUnitFrame(PointsOf(input), hull.frame);
-  } else {
-    hull.input_points = hull.vertices;
-  }
+  hull.input_points = std::move(sized.closed.input_points);
+  for (Vec3d& p : hull.input_points) p /= h;
   return hull;
 }
 

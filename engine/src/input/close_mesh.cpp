@@ -86,9 +86,12 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
 
 absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wanted,
                                         RunContext& run) {
-  ClosedSurface surface{mesh, {}};
+  ClosedSurface surface{mesh, {}, {}, 0};
   AMHEX_ASSIGN_OR_RETURN(const bool kept, KeepTriangles(surface.mesh, surface.warnings, run));
-  if (kept) return surface;
+  if (kept) {
+    surface.input_points = surface.mesh.vertices;
+    return surface;
+  }
 
   // The soup as oriented as it can be; patches that closed nothing are not part of it.
   std::vector<std::string> ignored;
@@ -100,6 +103,8 @@ absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wan
       "the surface does not bound a solid by itself; rebuilt where its winding number is one half");
   surface.warnings.insert(surface.warnings.end(), rebuilt.warnings.begin(), rebuilt.warnings.end());
   surface.mesh = std::move(rebuilt.mesh);
+  surface.input_points = std::move(rebuilt.input_points);
+  surface.user_edge_length = rebuilt.user_edge_length;
   return surface;
 }
 

@@ -15,12 +15,17 @@ namespace amhex {
 struct ClosedSurface {
   TriangleMesh mesh;
   std::vector<std::string> warnings;  // one per thing repaired, for the user
+  // What of the input lies on it, to measure distances against.
+  std::vector<Vec3d> input_points;
+  // The edge length it was rebuilt for, in the user's units; 0 if the user's triangles were kept.
+  double user_edge_length = 0;
 };
 
-// Says how fine a surface made by the engine has to be; the volume is what it would enclose.
+// How fine a surface made by the engine has to be.
 struct WantedSize {
-  int64_t cell_count = 0;  // 0 = not given
-  double edge_length = 0;  // 0 = not given; units of the surface
+  int64_t cell_count = 0;       // 0 = not given
+  double user_edge_length = 0;  // 0 = not given; the user's units
+  double user_scale = 1;        // the user's units per unit of the surface
 };
 
 // `mesh` is in a frame whose box has a diagonal of about 1, centred at the origin.

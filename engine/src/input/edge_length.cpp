@@ -70,14 +70,17 @@ absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const Trian
                                                      "volume makes one cell of edge length ",
                                                      EdgeLengthOf(volume, 1) * user_scale));
     }
-    return edge_length;
+    return sizing.edge_length;
   }
-  if (sizing.cell_count > 0) return EdgeLengthOf(volume, sizing.cell_count);
+  if (sizing.cell_count > 0) {
+    return EdgeLengthOf(volume, sizing.cell_count) * user_scale;
+  }
   const double by_count = EdgeLengthOf(volume, kDefaultCellCount);
   const double width = MinimumWidth(solid, queries);
-  if (width <= 0) return by_count;
-  return std::max(std::min(by_count, width / kCellsPerWidth),
-                  EdgeLengthOf(volume, kMaxDefaultCellCount));
+  if (width <= 0) return by_count * user_scale;
+  const double edge_length = std::max(std::min(by_count, width / kCellsPerWidth),
+                                      EdgeLengthOf(volume, kMaxDefaultCellCount));
+  return edge_length * user_scale;
 }
 
 }  // namespace amhex

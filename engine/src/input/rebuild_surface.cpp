@@ -28,7 +28,7 @@ constexpr double kSoupCells = 4.0;
 // The surface may cross this many grid cells.
 constexpr double kMostSurfaceCells = 4e6;
 // Nodes per axis of the grid that a first guess of the volume is counted on.
-constexpr int kVolumeGrid = 40;
+constexpr int kVolumeGrid = 56;
 // Pieces below this many cells are left out.
 constexpr double kSmallestPieceCells = 0.5;
 
@@ -48,14 +48,15 @@ double CountVolume(const Box3d& box, const HullQueries& queries, RunContext& run
   return static_cast<double>(total) * step.x * step.y * step.z;
 }
 
+// In the user's units.
 double GuessEdgeLength(const WantedSize& wanted, const Box3d& box, const HullQueries& queries,
                        RunContext& run) {
-  if (wanted.edge_length > 0) return wanted.edge_length;
+  if (wanted.user_edge_length > 0) return wanted.user_edge_length;
   const double volume = CountVolume(box, queries, run);
-  const int64_t cells = wanted.cell_count > 0 ? wanted.cell_count : kMaxDefaultCellCount;
+  const int64_t cells = wanted.cell_count > 0 ? wanted.cell_count : kDefaultCellCount;
   // A solid too thin for the counting grid still gets a usable length.
   const double least = box.Diagonal() * box.Diagonal() * box.Diagonal() * 1e-4;
-  return std::cbrt(std::max(volume, least) / static_cast<double>(cells));
+  return std::cbrt(std::max(volume, least) / static_cast<double>(cells)) * wanted.user_scale;
 }
 
 double AreaOf(const TriangleMesh& mesh) {
@@ -141,6 +142,23 @@ std::vector<Vec3d> SeedsOn(const TriangleMesh& mesh, double spacing) {
   return seeds;
 }
 
+// Centres of the triangles that part inside from outside; the others lie within the solid.
+std::vector<Vec3d> BoundaryCentres(const TriangleMesh& mesh, const SoupField& field,
+                                   double spacing) {
+  constexpr double kProbe = 0.05;  // grid cells
+  std::vector<Vec3d> centres;
+  for (const auto& t : mesh.triangles) {
+    const Vec3d& a = mesh.vertices[static_cast<size_t>(t[0])];
+    const Vec3d& b = mesh.vertices[static_cast<size_t>(t[1])];
+    const Vec3d& c = mesh.vertices[static_cast<size_t>(t[2])];
+    const Vec3d offset = Normalized(DoubleAreaVector(a, b, c)) * (kProbe * spacing);
+    const Vec3d centre = (a + b + c) / 3.0;
+    const bool above = field.Value(centre + offset) < 0, below = field.Value(centre - offset) < 0;
+    if (above != below) centres.push_back(centre);
+  }
+  return centres;
+}
+
 }  // namespace
 
 absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
@@ -150,7 +168,8 @@ absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const Wa
   const CloudField field(std::move(samples));
   const CloudSamples& used = field.samples();
   const Box3d box = BoxOf(used.position);
-  const double edge_length = GuessEdgeLength(wanted, box, field.discs(), run);
+  const double user_edge_length = GuessEdgeLength(wanted, box, field.discs(), run);
+  const double edge_length = user_edge_length / wanted.user_scale;
   double area = 0;
   std::vector<double> spacings = used.spacing;
   for (const double s : spacings) area += s * s;
@@ -165,6 +184,8 @@ absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const Wa
                          ExtractLevel(GridAround(box, spacing), field, used.position, run));
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
   surface.warnings.insert(surface.warnings.begin(), warnings.begin(), warnings.end());
+  surface.input_points = used.position;
+  surface.user_edge_length = user_edge_length;
   return surface;
 }
 
@@ -172,13 +193,17 @@ absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const Wa
                                               RunContext& run) {
   const HullQueries queries(soup.vertices, soup.triangles);
   const Box3d box = BoxOf(soup.vertices);
-  const double edge_length = GuessEdgeLength(wanted, box, queries, run);
+  const double user_edge_length = GuessEdgeLength(wanted, box, queries, run);
+  const double edge_length = user_edge_length / wanted.user_scale;
   const double spacing =
       std::max(edge_length / kSoupCells, std::sqrt(AreaOf(soup) / kMostSurfaceCells));
   const SoupField field(queries);
   AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh, ExtractLevel(GridAround(box, spacing), field,
                                                          SeedsOn(soup, spacing), run));
-  return KeepPieces(std::move(mesh), edge_length);
+  AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
+  surface.input_points = BoundaryCentres(soup, field, spacing);
+  surface.user_edge_length = user_edge_length;
+  return surface;
 }
 
 }  // namespace amhex

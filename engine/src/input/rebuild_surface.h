@@ -9,9 +9,10 @@
 namespace amhex {
 
 // Both return a closed two-manifold around the places whose winding number exceeds one half, in
-// grid cells of at most h / 2.5, h the wanted edge length; pieces that could not hold half a cell
-// are left out. Inputs are in a frame whose box diagonal is about 1. INVALID_ARGUMENT if nothing
-// is enclosed.
+// grid cells of at most h / 2.5, h the wanted edge length (for a cell count: from the volume as
+// counted on a coarse grid; without any wish as for 5000 cells), which is returned too; pieces
+// that could not hold half a cell are left out. Inputs are in a frame whose box diagonal is
+// about 1. INVALID_ARGUMENT if nothing is enclosed.
 
 // Appendix B: the cloud's samples, smooth between them.
 absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
