@@ -127,6 +127,7 @@ AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t*
   float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
   float nearest[kBlockPoints];
   int32_t owner[kBlockPoints];
+  uint32_t bit[kBlockPoints];
   for (int p = 0; p < kBlockPoints; ++p) {
     const LatticePoint q = PointInBlock(p);
     x[p] = static_cast<float>((base.x + q.x) * spacing);
@@ -134,6 +135,7 @@ AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t*
     z[p] = static_cast<float>((base.z + q.z) * spacing);
     nearest[p] = limit;
     owner[p] = -1;
+    bit[p] = 1u << p;
   }
   for (int i = 0; i < chosen_count; ++i) {
     const int k = chosen[i];
@@ -155,7 +157,7 @@ AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t*
   }
   for (int i = 0; i < chosen_count; ++i) {
     uint32_t mask = 0;
-    for (int p = 0; p < kBlockPoints; ++p) mask |= owner[p] == i ? 1u << p : 0u;
+    for (int p = 0; p < kBlockPoints; ++p) mask |= bit[p] & -static_cast<uint32_t>(owner[p] == i);
     owned[i] = mask;
   }
 }
