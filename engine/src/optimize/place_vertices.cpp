@@ -16,7 +16,7 @@ namespace {
 // to later ones, when the neighbours have made room.
 constexpr std::array<double, 8> kProjectionFloors = {0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1};
 // After this round, creases and corners that are farther than kUnreached are given up.
-constexpr size_t kWeakenAfterRound = 3;
+constexpr size_t kWeakenAfterRound = 5;
 constexpr double kUnreached = 0.02;  // edge lengths
 constexpr int kSweepsPerRound = 2;
 // Cells below this are improved between the rounds of projection.
@@ -27,6 +27,7 @@ constexpr int kEvenSweeps = 8;
 constexpr int kAverageSweeps = 6;
 constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.995;
+constexpr CornerPenalty kAveragePenalty = {0.6, 8.0};
 // Sweeps end when less than this share of the vertices still moves.
 constexpr double kIdleShare = 0.002;
 
@@ -40,8 +41,9 @@ constexpr double kLevelKnee = 0.05;    // above the minimum
 constexpr double kLevelTarget = 0.15;  // above the minimum
 constexpr double kLevelGain = 0.002;   // levels end when the minimum rises less
 constexpr double kGoodMinimum = 0.5;   // no level starts above
-// Creases and corners are given up where they hold a cell below this.
-constexpr double kUnbearable = 0.25;
+// Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
+// input by most of an edge length there.
+constexpr double kUnbearable = 0.2;
 
 class Placer {
  public:
@@ -70,8 +72,9 @@ class Placer {
     Report(0.6);
     // Cells above the minimum may give way where the sum gains.
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
-    status = Sweep({QualityAim::kAverage, kAverageTarget, std::min(minimum, kGoodMinimum)},
-                   kAverageSweeps);
+    status = Sweep(
+        {QualityAim::kAverage, kAverageTarget, std::min(minimum, kGoodMinimum), kAveragePenalty},
+        kAverageSweeps);
     Report(1.0);
     return status;
   }
@@ -91,7 +94,7 @@ class Placer {
     return status;
   }
 
-  // Weakens the constraints of every vertex of a cell of unbearable quality.
+  // Frees the crease vertices of every cell of unbearable quality to their patches.
   bool FreeUnbearable() {
     bool any = false;
     for (size_t c = 0; c < placement_.complex.cells.size(); ++c) {
@@ -99,9 +102,7 @@ class Placer {
       if (CellQuality(corners, placement_.complex.vertices) >= kUnbearable) continue;
       for (const int32_t v : corners) {
         VertexConstraint& constraint = placement_.constraints.vertex[v];
-        if (constraint.kind != Constraint::kCrease && constraint.kind != Constraint::kCorner) {
-          continue;
-        }
+        if (constraint.kind != Constraint::kCrease) continue;
         constraint = Weakened(constraint, placement_.complex.vertices[v], placement_.features);
         any = true;
       }
