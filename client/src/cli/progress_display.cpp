@@ -118,8 +118,11 @@ void ProgressDisplay::OnFrame(const v1::WatchJobResponse& frame) {
 void ProgressDisplay::OnJob(const v1::Job& job) {
   if (job.attempt_count() > 1 && job.attempt_count() != attempt_) {
     Say(absl::StrCat("attempt ", job.attempt_count(), " of ", job.max_attempts()));
+    stages_shown_ = 0;
   }
   attempt_ = job.attempt_count();
+  // Those that ended before we came, or while the connection was broken.
+  while (stages_shown_ < job.stages_size()) OnStage(job.stages(stages_shown_));
   if (job.state() == state_) return;
   state_ = job.state();
   if (state_ == v1::Job::QUEUED) {
@@ -152,6 +155,7 @@ void ProgressDisplay::OnProgress(const v1::Progress& progress) {
 
 void ProgressDisplay::OnStage(const v1::StageReport& report) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
+  ++stages_shown_;
   std::string line = absl::StrFormat("  %-17s %8.3f s", StageWords(report.stage()),
                                      Seconds(report.wall_duration()));
   if (report.has_device_duration() && Seconds(report.device_duration()) > 0) {

@@ -40,6 +40,7 @@ class ProgressDisplay {
   amhex::v1::Stage plain_stage_ = amhex::v1::STAGE_UNSPECIFIED;
   amhex::v1::Job::State state_ = amhex::v1::Job::STATE_UNSPECIFIED;
   int32_t attempt_ = 0;
+  int stages_shown_ = 0;  // of this attempt
   bool live_line_shown_ = false;
 };
 

@@ -1,0 +1,207 @@
+#!/usr/bin/env bash
+# The real programs together: the client with a private server and worker, from a file to a mesh.
+#
+#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands; default all
+#
+# Every test prints one line; the exit status is 0 only if all passed.
+set -uo pipefail
+
+if [[ $# -lt 2 ]]; then sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 2; fi
+amhex=$(readlink -f "$1")
+amhexd=$(readlink -f "$2")
+shift 2
+groups=("$@")
+if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands); fi
+
+folder=$(mktemp -d)
+server_pid=
+on_exit() {
+  if [[ -n $server_pid ]]; then kill "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; fi
+  rm -rf "$folder"
+}
+trap on_exit EXIT
+cd "$folder" || exit 1
+export AMHEXD=$amhexd TMPDIR=$folder
+unset AMHEX_SERVER
+
+failures=0
+pass() { echo "passed: $1"; }
+fail() {
+  echo "FAILED: $1"
+  shift
+  printf '    %s\n' "$@"
+  for log in stdout stderr; do
+    if [[ -s $log ]]; then sed "s/^/    $log: /" "$log" | tail -15; fi
+  done
+  failures=$((failures + 1))
+}
+
+# check NAME CONDITION... : the condition is a command that must succeed.
+check() {
+  local name=$1
+  shift
+  if "$@"; then pass "$name"; else fail "$name" "not true: $*"; fi
+}
+
+run() {  # runs amhex; leaves its status in $status, its output in stdout and stderr
+  "$amhex" "$@" >stdout 2>stderr
+  status=$?
+}
+
+# meshes NAME INPUT [FLAG...] : a valid mesh must come out, and the private server must be gone.
+meshes() {
+  local name=$1 input=$2
+  shift 2
+  rm -f out.vtu out.json out.png
+  run mesh "$input" -o out.vtu --json out.json --picture out.png "$@"
+  if [[ $status -ne 0 ]]; then fail "$name" "exit status $status"; return; fi
+  for file in out.vtu out.json out.png; do
+    if [[ ! -s $file ]]; then fail "$name" "$file is missing or empty"; return; fi
+  done
+  if ! grep -q '"min_scaled_jacobian": 0\.[0-9]*[1-9]\|"min_scaled_jacobian": 1' out.json; then
+    fail "$name" "no positive scaled Jacobian in out.json"
+    return
+  fi
+  if compgen -G "$folder/amhex-*" >/dev/null; then
+    fail "$name" "the private server's folder is still there"
+    return
+  fi
+  pass "$name"
+}
+
+# refuses NAME STATUS MESSAGE COMMAND... : that exit status, the message on stderr, no mesh.
+refuses() {
+  local name=$1 wanted=$2 message=$3
+  shift 3
+  rm -f out.vtu
+  run "$@"
+  if [[ $status -ne $wanted ]]; then
+    fail "$name" "exit status $status instead of $wanted"
+  elif ! grep -qiE -- "$message" stderr; then
+    fail "$name" "stderr does not say: $message"
+  elif [[ -e out.vtu ]]; then
+    fail "$name" "a mesh was written"
+  else
+    pass "$name"
+  fi
+}
+
+test_inputs() {
+  local format
+  "$amhex" demo --shape cube --surface --resolution 12 -o cube.ply >/dev/null
+  for format in drc ply obj off stl; do
+    "$amhex" demo --shape cube --surface --resolution 12 -o "cube.$format" >/dev/null
+    meshes "a cube from .$format" "cube.$format" --cells 200 --quiet
+  done
+  check "all cells of a cube are hexahedra" grep -q '"hexahedra_ratio": 1[,.]' out.json
+  "$amhex" demo --shape sphere --surface --resolution 24 -o sphere.ply >/dev/null
+  meshes "a sphere" sphere.ply --cells 500 --quiet
+  "$amhex" demo --shape torus --points 6000 -o torus.drc >/dev/null
+  meshes "a cloud of a torus" torus.drc --cells 800 --quiet
+  "$amhex" demo --points 20000 -o bracket.drc >/dev/null
+  meshes "a cloud of the bracket" bracket.drc --cells 2500 --quiet
+  run mesh cube.ply --cells 200 -o first.mesh --quiet
+  run mesh cube.ply --cells 200 -o second.mesh --quiet
+  check "the same input gives the same mesh" cmp -s first.mesh second.mesh
+}
+
+test_errors() {
+  "$amhex" demo --shape cube --surface --resolution 12 -o cube.drc >/dev/null
+  "$amhex" demo --shape cube --points 500 -o cloud.drc >/dev/null
+  : >empty.drc
+  head -c 100 cube.drc >cut.drc
+  head -c 60 cloud.drc >cut_cloud.drc
+  printf 'solid nothing\nendsolid\n' >nothing.stl
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >flat.obj
+  printf 'v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n' >nan.obj
+  printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\nnan 0 0\n1 1 1\n' >nan.ply
+  printf 'DRACO\x02\x03\x00\x00\x00\x00\xff\xff\xff\x7f\x00\x00\x00\x00' >liar.drc
+  refuses "a missing file" 3 "no such file" mesh missing.stl -o out.vtu
+  refuses "an unknown input format" 3 "unknown extension" mesh cube.step -o out.vtu
+  refuses "an unknown output format" 2 "unknown extension" mesh cube.drc -o out.xyz
+  refuses "a missing output folder" 7 "does not exist" mesh cube.drc -o nowhere/out.vtu
+  refuses "an empty file" 3 "the file is empty" mesh empty.drc -o out.vtu
+  refuses "a cut-off surface" 3 "draco|damaged|cut off" mesh cut.drc -o out.vtu
+  refuses "a cut-off cloud" 3 "draco|damaged|cut off" mesh cut_cloud.drc -o out.vtu
+  refuses "a file that claims too much" 3 "claim" mesh liar.drc -o out.vtu
+  refuses "a file without triangles" 3 "no triangle" mesh nothing.stl -o out.vtu
+  refuses "a flat triangle" 3 "error" mesh flat.obj -o out.vtu
+  refuses "a surface with NaN" 3 "not finite" mesh nan.obj -o out.vtu
+  refuses "a cloud with NaN" 3 "not finite" mesh nan.ply -o out.vtu
+  refuses "an absurd number of cells" 3 "cell_count" mesh cube.drc --cells 999999999999 -o out.vtu
+  refuses "no cells" 2 "cells" mesh cube.drc --cells 0 -o out.vtu
+  refuses "cells and edge length" 2 "edge-length" mesh cube.drc --cells 9 --edge-length 1 -o out.vtu
+  refuses "an absurd edge length" 3 "edge_length" mesh cube.drc --edge-length 1e-9 -o out.vtu
+  refuses "a parameter out of range" 3 "min_quality" mesh cube.drc --min-quality 7 -o out.vtu
+  refuses "no server there" 4 "cannot be reached" \
+    mesh cube.drc --server 127.0.0.1:1 --patience 0.5 -o out.vtu
+  refuses "no subcommand" 2 "subcommand" --quiet
+  refuses "an unknown flag" 2 "frobnicate" mesh cube.drc --frobnicate -o out.vtu
+  AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu
+  if "$amhex" info | grep -q 'backend cuda *not available'; then
+    refuses "CUDA without a device" 10 "cuda" mesh cube.drc --backend cuda -o out.vtu
+  fi
+}
+
+test_commands() {
+  local address="unix:$folder/socket" job
+  "$amhex" demo --shape cube --surface --resolution 12 -o cube.ply >/dev/null
+  "$amhexd" --listen "$address" --data-dir "$folder/data" --metrics-listen "" >server.log 2>&1 &
+  server_pid=$!
+  for _ in $(seq 100); do
+    if "$amhex" info --server "$address" --patience 0.1 >/dev/null 2>&1; then break; fi
+    sleep 0.1
+  done
+  run info --server "$address"
+  check "info names the backends" grep -q "backend cpu" stdout
+  run submit cube.ply --cells 200 --server "$address" \
+    --request-id 6b0f9d4e-51a1-4f0c-9a0f-3a1d6f2a7c55
+  job=$(cat stdout)
+  check "submit prints a job" test "${job#jobs/}" != "$job"
+  run submit cube.ply --cells 200 --server "$address" \
+    --request-id 6b0f9d4e-51a1-4f0c-9a0f-3a1d6f2a7c55
+  check "the same request gives the same job" test "$(cat stdout)" = "$job"
+  run watch "$job" --server "$address"
+  check "watch ends with the job" test "$status" -eq 0
+  check "watch shows every stage's time" grep -q "place vertices" stderr
+  run fetch "${job#jobs/}" --server "$address" -o fetched.vtu
+  check "fetch writes the mesh" test -s fetched.vtu
+  run info fetched.vtu
+  check "info reads the mesh's facts" grep -q "statistics.cell_count" stdout
+  run picture fetched.vtu -o fetched.png --cut x:0.4 --size 320x240
+  check "picture draws it" test -s fetched.png
+  AMHEX_SERVER=$address run list
+  check "list names the job" grep -q "$job" stdout
+  run cancel "$job" --server "$address"
+  check "cancelling a final job changes nothing" grep -q "succeeded" stdout
+  run delete "$job" --server "$address"
+  check "delete removes it" test "$status" -eq 0
+  refuses "a deleted job is gone" 9 "job" fetch "$job" --server "$address" -o out.vtu
+
+  "$amhex" demo --points 30000 -o bracket.drc >/dev/null
+  "$amhex" mesh bracket.drc --cells 60000 --server "$address" -o out.vtu >stdout 2>stderr &
+  local client=$!
+  for _ in $(seq 100); do
+    if grep -q "check input" stderr; then break; fi
+    sleep 0.1
+  done
+  kill -INT "$client"
+  wait "$client"
+  status=$?
+  check "Ctrl-C ends the client with 130" test "$status" -eq 130
+  check "Ctrl-C cancels the job" grep -q "was cancelled" stderr
+  run list --server "$address" -n 1
+  for _ in $(seq 100); do
+    if grep -q cancelled stdout; then break; fi
+    sleep 0.1
+    run list --server "$address" -n 1
+  done
+  check "the server has cancelled it" grep -q cancelled stdout
+}
+
+for group in "${groups[@]}"; do "test_$group"; done
+if [[ $failures -gt 0 ]]; then
+  echo "$failures end-to-end tests failed"
+  exit 1
+fi
+echo "all end-to-end tests passed"
