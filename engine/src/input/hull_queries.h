@@ -41,10 +41,13 @@ class HullQueries {
     int32_t begin = 0, end = 0;  // range of triangles_, in its own order
     int32_t right = -1;          // right child; -1 on leaves
   };
-  // Far away, the triangles of a node act like one dipole.
+  // Far away, the triangles of a node act like one dipole and its first moment (Barill et al. 2018,
+  // equations 11 and 12).
   struct Dipole {
     Vec3d centre;
-    Vec3d area_normal;       // sum of area times unit normal
+    Vec3d area_normal;  // sum of area times unit normal
+    // Symmetric part of the sum of (triangle's centroid - centre) times area times unit normal.
+    double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;
     double far_squared = 0;  // squared distance from `centre` beyond which the dipole is used
   };
   struct Triangle {

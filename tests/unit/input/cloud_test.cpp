@@ -1,0 +1,136 @@
+// Point clouds become closed surfaces through their points.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "fixtures/solids.h"
+#include "input/build_hull.h"
+#include "input/hull_queries.h"
+#include "support/surface_measures.h"
+
+namespace amhex {
+namespace {
+
+absl::StatusOr<Hull> Build(const PointCloud& cloud) {
+  MeshingParams params;
+  params.sizing.cell_count = 600;
+  RunContext run;
+  return BuildHull(cloud, params, run);
+}
+
+TriangleMesh SurfaceOf(const Hull& hull) { return {hull.vertices, hull.triangles}; }
+
+double UserVolume(const Hull& hull) { return hull.volume * std::pow(hull.frame.scale, 3); }
+
+double LargestDistance(const Hull& hull) {
+  double largest = 0;
+  for (const Vec3d& p : hull.input_points) {
+    largest = std::max(largest, hull.queries->Closest(p).distance);
+  }
+  return largest;
+}
+
+TEST(CloudHull, ASphereIsRecovered) {
+  const auto hull = Build(fixtures::SampleCentres(fixtures::MakeSphere(1, 0.08)));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_TRUE(testing_support::IsClosedAndOriented(SurfaceOf(*hull)));
+  EXPECT_EQ(testing_support::EulerNumber(SurfaceOf(*hull)), 2);
+  EXPECT_NEAR(UserVolume(*hull), 4.0 / 3 * 3.14159265, 0.06);
+  EXPECT_LT(LargestDistance(*hull), 0.1);
+  EXPECT_TRUE(hull->sharp_edges.empty());
+}
+
+TEST(CloudHull, ATorusKeepsItsHole) {
+  const auto hull = Build(fixtures::SampleCentres(fixtures::MakeTorus(2, 0.7, 0.12)));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->genus, 1);
+  EXPECT_LT(LargestDistance(*hull), 0.1);
+}
+
+TEST(CloudHull, SharpEdgesOfACylinderAreRecovered) {
+  const auto hull = Build(fixtures::SampleCentres(fixtures::MakeCylinder(1, 2, 0.08)));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->genus, 0);
+  EXPECT_LT(LargestDistance(*hull), 0.15);
+  ASSERT_FALSE(hull->sharp_edges.empty());
+  double length = 0;
+  for (const SharpEdge& edge : hull->sharp_edges) {
+    const Vec3d a = hull->frame.ToUser(hull->vertices[static_cast<size_t>(edge.vertex_a)]);
+    const Vec3d b = hull->frame.ToUser(hull->vertices[static_cast<size_t>(edge.vertex_b)]);
+    length += Norm(a - b);
+    EXPECT_NEAR(std::hypot(a.x, a.y), 1, 0.03);
+    EXPECT_LT(std::min(std::abs(a.z), std::abs(a.z - 2)), 0.03);
+  }
+  EXPECT_NEAR(length, 2 * 2 * 3.14159265, 0.4);
+}
+
+TEST(CloudHull, AnOpenBottomIsClosed) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.08));
+  PointCloud open;
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.points[i].z < -0.7) continue;
+    open.points.push_back(cloud.points[i]);
+    open.normals.push_back(cloud.normals[i]);
+  }
+  const auto hull = Build(open);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_TRUE(testing_support::IsClosedAndOriented(SurfaceOf(*hull)));
+  EXPECT_EQ(hull->component_count, 1);
+  EXPECT_EQ(hull->genus, 0);
+  const double cap = 3.14159265 * 0.3 * 0.3 * (3 - 0.3) / 3;
+  EXPECT_NEAR(UserVolume(*hull), 4.0 / 3 * 3.14159265 - cap / 2, cap);
+}
+
+TEST(CloudHull, SeveralBodiesStayApart) {
+  const TriangleMesh sphere = fixtures::MakeSphere(1, 0.12);
+  const auto hull = Build(
+      fixtures::SampleCentres(fixtures::Joined(sphere, fixtures::Translated(sphere, {3, 0, 0}))));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->component_count, 2);
+}
+
+TEST(CloudHull, RepeatedPointsAndOutliersAreLeftOut) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.08));
+  const auto clean = Build(cloud);
+  for (size_t i = 0; i < 50; ++i) {
+    cloud.points.push_back(cloud.points[7 * i]);
+    cloud.normals.push_back(cloud.normals[7 * i]);
+  }
+  cloud.points.push_back({1.2, 1.4, 1.1});
+  cloud.normals.push_back({0, 0, 1});
+  const auto hull = Build(cloud);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->component_count, 1);
+  EXPECT_EQ(hull->input_points.size(), clean->input_points.size());
+}
+
+TEST(CloudHull, LengthsOfNormalsDoNotMatter) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.1));
+  const auto unit = Build(cloud);
+  for (size_t i = 0; i < cloud.normals.size(); ++i) cloud.normals[i] *= 0.25 + 0.25 * (i % 4);
+  const auto scaled = Build(cloud);
+  ASSERT_TRUE(unit.ok() && scaled.ok());
+  EXPECT_NEAR(UserVolume(*unit), UserVolume(*scaled), 1e-6);
+}
+
+TEST(CloudHull, NormalsAreEstimatedWhereThereAreNone) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeTorus(2, 0.7, 0.12));
+  cloud.normals.clear();
+  const auto hull = Build(cloud);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->genus, 1);
+  EXPECT_LT(LargestDistance(*hull), 0.2);
+}
+
+TEST(CloudHull, TheSameCloudGivesTheSameHull) {
+  const PointCloud cloud = fixtures::SampleCentres(fixtures::MakeBracket(1, 0.1));
+  const auto first = Build(cloud), second = Build(cloud);
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_EQ(first->vertices, second->vertices);
+  EXPECT_EQ(first->triangles, second->triangles);
+}
+
+}  // namespace
+}  // namespace amhex

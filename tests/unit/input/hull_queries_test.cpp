@@ -1,0 +1,189 @@
+#include "input/hull_queries.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "fixtures/solids.h"
+#include "input/triangle_math.h"
+
+namespace amhex {
+namespace {
+
+// What the far field may be off by: it decides between 0 and 1.
+constexpr double kWindingTolerance = 0.08;
+
+HullQueries QueriesOf(const TriangleMesh& mesh) { return {mesh.vertices, mesh.triangles}; }
+
+// Points spread over the mesh's box and half its size around it.
+std::vector<Vec3d> ProbesAround(const TriangleMesh& mesh, int count) {
+  Box3d box;
+  for (const Vec3d& p : mesh.vertices) box.Extend(p);
+  const Vec3d low = box.low - box.Extent() * 0.25, extent = box.Extent() * 1.5;
+  std::vector<Vec3d> probes;
+  for (int i = 1; i <= count; ++i) {
+    // The plastic number's Kronecker sequence: even, and never on a lattice.
+    const auto part = [i](double step) { return std::fmod(0.5 + i * step, 1.0); };
+    probes.push_back(low + Vec3d{part(0.8191725133961645) * extent.x,
+                                 part(0.6710436067037893) * extent.y,
+                                 part(0.5497004779019703) * extent.z});
+  }
+  return probes;
+}
+
+double BruteForceDistance(const TriangleMesh& mesh, const Vec3d& p) {
+  double least = 1e300;
+  for (const auto& t : mesh.triangles) {
+    const Vec3d q = ClosestPointOnTriangle(p, mesh.vertices[static_cast<size_t>(t[0])],
+                                           mesh.vertices[static_cast<size_t>(t[1])],
+                                           mesh.vertices[static_cast<size_t>(t[2])]);
+    least = std::min(least, Norm(q - p));
+  }
+  return least;
+}
+
+double BruteForceWinding(const TriangleMesh& mesh, const Vec3d& p) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    sum += SolidAngle(p, mesh.vertices[static_cast<size_t>(t[0])],
+                      mesh.vertices[static_cast<size_t>(t[1])],
+                      mesh.vertices[static_cast<size_t>(t[2])]);
+  }
+  return sum / (4 * std::numbers::pi);
+}
+
+std::vector<TriangleMesh> Solids() {
+  return {fixtures::MakeBox({3, 2, 1}, 0.4), fixtures::MakeSphere(1.5, 0.3),
+          fixtures::MakeBracket(1.0, 0.25), fixtures::MakeTorus(2, 0.6, 0.3)};
+}
+
+TEST(ClosestPointOnTriangle, IsNeverFartherThanAnyPointOfTheTriangle) {
+  const Vec3d a{0, 0, 0}, b{2, 0, 0}, c{0.3, 1, 0};
+  for (double x = -1; x <= 3; x += 0.37) {
+    for (double y = -1; y <= 2; y += 0.29) {
+      const Vec3d p{x, y, 0.4};
+      const double found = Norm(ClosestPointOnTriangle(p, a, b, c) - p);
+      for (int i = 0; i <= 20; ++i) {
+        for (int j = 0; i + j <= 20; ++j) {
+          const Vec3d q = a + (b - a) * (i / 20.0) + (c - a) * (j / 20.0);
+          ASSERT_LE(found, Norm(q - p) + 1e-12);
+        }
+      }
+    }
+  }
+}
+
+TEST(ClosestPointOnTriangle, CollapsedTrianglesGiveTheirNearestPoint) {
+  const Vec3d a{0, 0, 0}, b{1, 0, 0}, c{2, 0, 0};
+  EXPECT_NEAR(Norm(ClosestPointOnTriangle({1.5, 1, 0}, a, b, c) - Vec3d{1.5, 0, 0}), 0, 1e-12);
+  EXPECT_NEAR(Norm(ClosestPointOnTriangle({5, 1, 0}, a, a, a) - a), 0, 1e-12);
+}
+
+TEST(HullQueries, ClosestAgreesWithBruteForce) {
+  for (const TriangleMesh& mesh : Solids()) {
+    const HullQueries queries = QueriesOf(mesh);
+    for (const Vec3d& p : ProbesAround(mesh, 500)) {
+      const HullPoint found = queries.Closest(p);
+      ASSERT_GE(found.triangle, 0);
+      EXPECT_NEAR(found.distance, BruteForceDistance(mesh, p), 1e-12);
+      EXPECT_NEAR(Norm(found.point - p), found.distance, 1e-12);
+      EXPECT_NEAR(Norm(found.normal), 1, 1e-12);
+    }
+  }
+}
+
+TEST(HullQueries, ClosestNamesATriangleThatHoldsThePoint) {
+  const TriangleMesh mesh = fixtures::MakeBracket(1.0, 0.25);
+  const HullQueries queries = QueriesOf(mesh);
+  for (const Vec3d& p : ProbesAround(mesh, 200)) {
+    const HullPoint found = queries.Closest(p);
+    const auto& t = mesh.triangles[static_cast<size_t>(found.triangle)];
+    const Vec3d& a = mesh.vertices[static_cast<size_t>(t[0])];
+    const Vec3d& b = mesh.vertices[static_cast<size_t>(t[1])];
+    const Vec3d& c = mesh.vertices[static_cast<size_t>(t[2])];
+    EXPECT_NEAR(Norm(ClosestPointOnTriangle(found.point, a, b, c) - found.point), 0, 1e-12);
+    EXPECT_GT(Dot(found.normal, DoubleAreaVector(a, b, c)), 0);
+  }
+}
+
+TEST(HullQueries, ClosestFindsNothingBeyondTheMaximumDistance) {
+  const HullQueries queries = QueriesOf(fixtures::MakeBox({1, 1, 1}, 0.5));
+  EXPECT_EQ(queries.Closest({3, 0.5, 0.5}, 1.9).triangle, -1);
+  EXPECT_GE(queries.Closest({3, 0.5, 0.5}, 2.1).triangle, 0);
+}
+
+TEST(HullQueries, WindingNumberAgreesWithTheSolidAngleSum) {
+  for (const TriangleMesh& mesh : Solids()) {
+    const HullQueries queries = QueriesOf(mesh);
+    for (const Vec3d& p : ProbesAround(mesh, 500)) {
+      EXPECT_NEAR(queries.WindingNumber(p), BruteForceWinding(mesh, p), kWindingTolerance);
+    }
+  }
+}
+
+TEST(HullQueries, WindingNumberIsOneInsideAndZeroOutsideOfASphere) {
+  const HullQueries queries = QueriesOf(fixtures::MakeSphere(1.0, 0.15));
+  for (const double r : {0.0, 0.3, 0.7, 0.9, 0.97}) {
+    EXPECT_TRUE(queries.IsInside({0, r, 0})) << r;
+    EXPECT_NEAR(queries.WindingNumber({r, 0, 0}), 1, kWindingTolerance) << r;
+  }
+  for (const double r : {1.01, 1.1, 2.0, 100.0}) {
+    EXPECT_FALSE(queries.IsInside({0, r, 0})) << r;
+    EXPECT_NEAR(queries.WindingNumber({r, 0, 0}), 0, kWindingTolerance) << r;
+  }
+}
+
+TEST(HullQueries, WindingNumberCountsNestedSurfaces) {
+  const TriangleMesh outer = fixtures::MakeSphere(2.0, 0.4);
+  const TriangleMesh inner = fixtures::MakeSphere(1.0, 0.3);
+  const HullQueries hollow = QueriesOf(fixtures::Joined(outer, fixtures::Flipped(inner)));
+  EXPECT_NEAR(hollow.WindingNumber({0, 0, 0}), 0, kWindingTolerance);
+  EXPECT_NEAR(hollow.WindingNumber({1.5, 0, 0}), 1, kWindingTolerance);
+  const HullQueries twice = QueriesOf(fixtures::Joined(outer, inner));
+  EXPECT_NEAR(twice.WindingNumber({0, 0, 0}), 2, kWindingTolerance);
+}
+
+TEST(HullQueries, SignedDistanceOfASphereIsRadiusMinusOne) {
+  const HullQueries queries = QueriesOf(fixtures::MakeSphere(1.0, 0.05));
+  for (const double r : {0.2, 0.5, 0.9, 1.2, 3.0}) {
+    EXPECT_NEAR(queries.SignedDistance({0, 0, r}), r - 1, 0.002) << r;
+  }
+}
+
+TEST(HullQueries, ExitDistanceIsTheThicknessOfABox) {
+  const HullQueries queries = QueriesOf(fixtures::MakeBox({3, 2, 1}, 0.3));
+  EXPECT_NEAR(queries.ExitDistance({1.1, 1.2, 1}, {0, 0, -1}, 1e-3), 1, 1e-12);
+  EXPECT_NEAR(queries.ExitDistance({0, 1.2, 0.4}, {1, 0, 0}, 1e-3), 3, 1e-12);
+  EXPECT_LT(queries.ExitDistance({1.1, 1.2, 1.5}, {0, 0, 1}, 1e-3), 0);
+}
+
+TEST(HullQueries, TrianglesWithoutAreaAreLeftOut) {
+  TriangleMesh mesh = fixtures::MakeBox({1, 1, 1}, 1);
+  const double before = QueriesOf(mesh).WindingNumber({0.5, 0.5, 0.5});
+  const auto first = static_cast<int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), {{0.5, 0.5, 1}, {0.6, 0.5, 1}, {0.7, 0.5, 1}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first, first});
+  const HullQueries queries = QueriesOf(mesh);
+  EXPECT_DOUBLE_EQ(queries.WindingNumber({0.5, 0.5, 0.5}), before);
+  EXPECT_LT(queries.Closest({0.6, 0.5, 1.2}).triangle, 12);
+}
+
+TEST(HullQueries, ManyTrianglesAtOnePlaceEndInAnAnswer) {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles.assign(5000, {0, 1, 2});
+  EXPECT_NEAR(QueriesOf(mesh).Closest({0.2, 0.2, 1}).distance, 1, 1e-12);
+}
+
+TEST(HullQueries, AnEmptySurfaceHasNoClosestPointAndNoInside) {
+  const HullQueries queries({}, {});
+  EXPECT_EQ(queries.Closest({0, 0, 0}).triangle, -1);
+  EXPECT_EQ(queries.WindingNumber({0, 0, 0}), 0);
+}
+
+}  // namespace
+}  // namespace amhex
