@@ -59,7 +59,7 @@ void SetCornerEdge(const CellPattern& pattern, int32_t other, int position,
     const bool towards = high == corner.slot && low == other;
     if (!away && !towards) continue;
     corner.edge[position] = static_cast<uint8_t>(e);
-    corner.sign[position] = away ? 1 : -1;
+    if (towards) corner.sign = -corner.sign;
   }
 }
 

@@ -21,11 +21,12 @@ struct CellPattern {
   std::array<std::array<uint8_t, 2>, 12> edge_slots{};
 
   // A vertex where exactly three edges meet; the three in right-handed order, as indices into
-  // edge_slots, with -1 where the edge is stored towards the vertex instead of away from it.
+  // edge_slots. `sign` is the product of -1 for every edge stored towards the vertex instead of
+  // away from it.
   struct Corner {
     uint8_t slot = 0;
     std::array<uint8_t, 3> edge{};
-    std::array<int8_t, 3> sign{};
+    double sign = 1;
   };
   int corner_count = 0;
   std::array<Corner, 8> corner{};

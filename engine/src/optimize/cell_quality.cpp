@@ -9,6 +9,17 @@ namespace {
 // Determinants must exceed this fraction of the cell's mean edge length cubed: far above the
 // rounding of later passes over the same vertices in other units, far below any useful cell.
 constexpr double kSmallestDeterminant = 1e-7;
+constexpr double kTiny = 1e-300;
+
+// Compiled once per instruction set and chosen at load time. No operation is reassociated or fused,
+// so all versions give the same bits.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define AMHEX_WIDE_VECTORS \
+  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define AMHEX_WIDE_VECTORS
+#endif
 
 // The twelve half-interpolated edges of the trilinear map at the Gauss points. Along axis x the
 // derivative depends on y and z only, so four vectors per axis serve all eight points.
@@ -59,21 +70,34 @@ double MinimumStarDeterminant(const CellPattern& pattern, const std::array<Vec3d
 
 }  // namespace
 
+AMHEX_WIDE_VECTORS
 void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
                      CornerJacobians& jacobians) {
-  std::array<Vec3d, 12> direction;
+  // Edge vectors as arrays of components, always twelve, so that the square roots and divisions
+  // run side by side.
+  alignas(64) std::array<double, 12> x{}, y{}, z{};
   for (int e = 0; e < pattern.edge_count; ++e) {
     const auto& slots = pattern.edge_slots[e];
-    direction[e] = Normalized(positions[slots[1]] - positions[slots[0]]);
+    const Vec3d edge = positions[slots[1]] - positions[slots[0]];
+    x[e] = edge.x, y[e] = edge.y, z[e] = edge.z;
+  }
+  for (int e = 0; e < 12; ++e) {
+    const double length = std::sqrt(x[e] * x[e] + y[e] * y[e] + z[e] * z[e]);
+    // A zero edge stays zero; dividing by the least normal number keeps it so without a branch.
+    const double inverse = 1 / std::max(length, kTiny);
+    x[e] *= inverse, y[e] *= inverse, z[e] *= inverse;
   }
   for (int i = 0; i < pattern.corner_count; ++i) {
     const CellPattern::Corner& corner = pattern.corner[i];
-    const double sign = corner.sign[0] * corner.sign[1] * corner.sign[2];
-    jacobians[i] = sign * Determinant(direction[corner.edge[0]], direction[corner.edge[1]],
-                                      direction[corner.edge[2]]);
+    const auto& [a, b, c] = corner.edge;
+    const double determinant = x[a] * (y[b] * z[c] - z[b] * y[c]) +
+                               y[a] * (z[b] * x[c] - x[b] * z[c]) +
+                               z[a] * (x[b] * y[c] - y[b] * x[c]);
+    jacobians[i] = corner.sign * determinant;
   }
 }
 
+AMHEX_WIDE_VECTORS
 double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
   double length_sum = 0;
   for (int e = 0; e < pattern.edge_count; ++e) {

@@ -18,6 +18,7 @@ constexpr std::array<double, 8> kProjectionFloors = {0.4, 0.4, 0.3, 0.3, 0.2, 0.
 // After this round, creases and corners that are farther than kUnreached are given up.
 constexpr size_t kWeakenAfterRound = 5;
 constexpr double kUnreached = 0.02;  // edge lengths
+constexpr double kReached = 1e-6;    // edge lengths
 constexpr int kSweepsPerRound = 2;
 // Cells below this are improved between the rounds of projection.
 constexpr double kRoundTarget = 0.7;
@@ -47,29 +48,26 @@ constexpr double kUnbearable = 0.2;
 
 class Placer {
  public:
-  Placer(Placement& placement, RunContext& run) : placement_(placement), run_(run) {
+  Placer(Placement& placement, RunContext& run)
+      : placement_(placement),
+        run_(run),
+        vertex_count_(static_cast<int64_t>(placement.complex.vertices.size())) {
     for (const CellCorners& corners : placement.complex.cells) {
       hexahedron_count_ += FindCellPattern(corners)->type == PrimitiveType::kHexahedron;
     }
   }
 
-  absl::Status Run() {
-    for (size_t round = 0; round < kProjectionFloors.size(); ++round) {
-      absl::Status status = ProjectToHull(placement_, kProjectionFloors[round], run_);
-      if (!status.ok()) return status;
-      const SweepRules rules{QualityAim::kMinimum, kRoundTarget, kRoundTarget};
-      status = Sweep(rules, kSweepsPerRound);
-      if (!status.ok()) return status;
-      if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached);
-      Report(0.4 * static_cast<double>(round + 1) / kProjectionFloors.size());
-    }
-    absl::Status status = RaiseMinimum();
+  absl::Status Run(PlacementEffort effort) {
+    absl::Status status = ReachHull();
+    if (!status.ok()) return status;
+    status = RaiseMinimum();
     if (!status.ok()) return status;
     if (FreeUnbearable()) {
       status = RaiseMinimum();
       if (!status.ok()) return status;
     }
     Report(0.6);
+    if (effort == PlacementEffort::kValid) return absl::OkStatus();
     // Cells above the minimum may give way where the sum gains.
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     status = Sweep(
@@ -80,6 +78,23 @@ class Placer {
   }
 
  private:
+  // Rounds of projection, each followed by sweeps that make room for the next.
+  absl::Status ReachHull() {
+    SweepMemory memory = StartSweeps(vertex_count_);
+    const SweepRules rules{QualityAim::kMinimum, kRoundTarget, kRoundTarget};
+    for (size_t round = 0; round < kProjectionFloors.size(); ++round) {
+      const absl::StatusOr<int64_t> projected =
+          ProjectToHull(placement_, kProjectionFloors[round], memory, run_);
+      if (!projected.ok()) return projected.status();
+      const absl::Status status = Sweep(rules, kSweepsPerRound, memory);
+      if (!status.ok()) return status;
+      if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached);
+      Report(0.4 * static_cast<double>(round + 1) / kProjectionFloors.size());
+      if (LargestOffset(placement_) < kReached) break;
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status RaiseMinimum() {
     double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
@@ -111,14 +126,18 @@ class Placer {
   }
 
   absl::Status Sweep(const SweepRules& rules, int sweep_count) {
-    const int64_t vertex_count = static_cast<int64_t>(placement_.complex.vertices.size());
-    SweepMemory memory = StartSweeps(vertex_count);
+    SweepMemory memory = StartSweeps(vertex_count_);
+    return Sweep(rules, sweep_count, memory);
+  }
+
+  absl::Status Sweep(const SweepRules& rules, int sweep_count, SweepMemory& memory) {
     for (int sweep = 0; sweep < sweep_count; ++sweep) {
       const absl::StatusOr<int64_t> moved = SweepQuality(placement_, rules, memory, run_);
       if (!moved.ok()) return moved.status();
-      if (static_cast<double>(*moved) <= kIdleShare * static_cast<double>(vertex_count)) {
-        if (rules.aim == QualityAim::kAverage || *moved == 0) break;
-      }
+      const bool idle =
+          static_cast<double>(*moved) <= kIdleShare * static_cast<double>(vertex_count_);
+      // Raising the minimum is the work of few vertices.
+      if (*moved == 0 || (idle && rules.aim == QualityAim::kAverage)) break;
     }
     return absl::OkStatus();
   }
@@ -134,6 +153,7 @@ class Placer {
 
   Placement& placement_;
   RunContext& run_;
+  int64_t vertex_count_ = 0;
   int64_t hexahedron_count_ = 0;
 };
 
@@ -151,7 +171,8 @@ absl::Status CheckCells(const CellComplex& complex) {
 }  // namespace
 
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
-                                          const MeshingParams& /*params*/, RunContext& run) {
+                                          const MeshingParams& /*params*/, RunContext& run,
+                                          PlacementEffort effort) {
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
@@ -161,7 +182,7 @@ absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
   VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
   VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
   Placement placement{complex, features, std::move(neighbourhoods), std::move(constraints)};
-  status = Placer(placement, run).Run();
+  status = Placer(placement, run).Run(effort);
   if (!status.ok()) return status;
   return complex;
 }

@@ -2,6 +2,8 @@
 // where the cells are best.
 #pragma once
 
+#include <cstdint>
+
 #include "absl/status/statusor.h"
 #include "amhex/params.h"
 #include "amhex/run_context.h"
@@ -9,6 +11,11 @@
 #include "input/hull.h"
 
 namespace amhex {
+
+enum class PlacementEffort : uint8_t {
+  kValid,  // onto the hull, and the worst cells raised: between changes of the cells
+  kBest,   // and the average raised: at the end
+};
 
 // Hull vertices go to the hull: those whose faces lie on two patches to the crease between them,
 // the nearest one to each corner. Then the minimum scaled Jacobian is raised, and the average
@@ -21,6 +28,7 @@ namespace amhex {
 // Same result at any thread count. Linear in the number of cells, ~0.1 ms each. Errors: CANCELLED,
 // DEADLINE_EXCEEDED, INTERNAL (a cell of no known type).
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
-                                          const MeshingParams& params, RunContext& run);
+                                          const MeshingParams& params, RunContext& run,
+                                          PlacementEffort effort = PlacementEffort::kBest);
 
 }  // namespace amhex

@@ -14,8 +14,25 @@ constexpr size_t kVerticesPerPoll = 64;
 // Hull faces whose corner normals agree less with the hull fold over it: a closed conforming mesh
 // can overlap itself there.
 constexpr double kMinNormalAgreement = 0.3;
+// Hull faces whose middle is nearer to the hull than this many edge lengths may sag freely.
+constexpr double kFreeSag = 0.12;
+constexpr float kFirstStep = 0.1F;  // edge lengths
 
 }  // namespace
+
+SweepMemory StartSweeps(int64_t vertex_count) {
+  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
+}
+
+void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
+                        SweepMemory& memory) {
+  for (const CellCorners& corners : placement.complex.cells) {
+    const bool any =
+        std::any_of(corners.begin(), corners.end(), [&](int32_t v) { return moved[v] != 0; });
+    if (!any) continue;
+    for (const int32_t v : corners) memory.active[v] = 1;
+  }
+}
 
 absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
                            const std::function<void(int32_t)>& visit) {
@@ -54,6 +71,20 @@ double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Ve
   return worst;
 }
 
+double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& position) {
+  double largest = 0;
+  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
+    const CellFace& face = placement.complex.hull_faces[f];
+    Vec3d middle;
+    for (int j = 0; j < face.count; ++j) {
+      middle += face.v[j] == vertex ? position : placement.complex.vertices[face.v[j]];
+    }
+    middle /= static_cast<double>(face.count);
+    largest = std::max(largest, placement.features.Closest(middle).distance);
+  }
+  return largest;
+}
+
 MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty)
     : placement_(placement),
       vertex_(vertex),
@@ -77,9 +108,14 @@ bool MoveJudge::Permits(const LocalScore& trial, double floor) {
     cells_.MoveTo(tried);
     if (margin <= margin_before) return false;
   }
+  if (placement_.constraints.vertex[vertex_].kind == Constraint::kFree) return true;
   const double agreement = WorstNormalAgreement(placement_, vertex_, tried);
-  return agreement >= kMinNormalAgreement ||
-         agreement >= WorstNormalAgreement(placement_, vertex_, start_);
+  if (agreement < kMinNormalAgreement &&
+      agreement < WorstNormalAgreement(placement_, vertex_, start_)) {
+    return false;
+  }
+  const double sag = LargestSag(placement_, vertex_, tried);
+  return sag <= kFreeSag || sag <= LargestSag(placement_, vertex_, start_);
 }
 
 }  // namespace amhex

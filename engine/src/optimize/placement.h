@@ -23,6 +23,17 @@ struct Placement {
   VertexConstraints constraints;
 };
 
+// Which vertices a later sweep need not look at, and how far each moved last.
+struct SweepMemory {
+  std::vector<uint8_t> active;  // [vertex_count]
+  std::vector<float> step;      // [vertex_count] next trial step, edge lengths
+};
+SweepMemory StartSweeps(int64_t vertex_count);
+
+// Activates every vertex of a cell of which a vertex has moved. Linear.
+void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
+                        SweepMemory& memory);
+
 // Calls `visit(v)` for every vertex, colour by colour, those of one colour in parallel; `visit` may
 // move v and read the cells around it. The result does not depend on the thread count. Ends early
 // with the reason when the run is to stop.
@@ -32,6 +43,10 @@ absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const Run
 // Least agreement (cosine) between the corner normals of the hull faces at `vertex`, were it at
 // `position`, and the hull's normals there; 1 without hull faces.
 double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Vec3d& position);
+
+// Largest distance from the hull of the middles of the hull faces at `vertex`, were it at
+// `position`: how far the faces sag between their vertices. Edge lengths.
+double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& position);
 
 // Judges moves of one vertex. A move may not let any incident cell's scaled Jacobian fall below
 // both what the worst one had and `floor`, nor fold a cell, nor turn a hull face away from the

@@ -1,13 +1,18 @@
 #include "optimize/project_to_hull.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace amhex {
 namespace {
 
 // Offsets below this many edge lengths are on the hull but for rounding.
 constexpr double kOnHull = 1e-9;
+constexpr size_t kVerticesPerBlock = 1024;
 // Shares of the way to the hull that are tried, in this order.
 constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
 // A move may cost a neighbourhood this share of its worst quality at once, even below the round's
@@ -15,12 +20,12 @@ constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
 constexpr double kAllowedShare = 0.75;
 constexpr double kLowestFloor = 0.1;
 
-void ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
+bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
-  if (constraint.kind == Constraint::kFree) return;
+  if (constraint.kind == Constraint::kFree) return false;
   const Vec3d start = placement.complex.vertices[v];
   const Vec3d target = Constrain(constraint, start, placement.features).point;
-  if (Norm(target - start) < kOnHull) return;
+  if (Norm(target - start) < kOnHull) return false;
   MoveJudge judge(placement, v);
   const double floor =
       std::min(quality_floor, std::max(kLowestFloor, kAllowedShare * judge.score().minimum));
@@ -28,9 +33,10 @@ void ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
     const Vec3d place = fraction == 1.0 ? target : start + (target - start) * fraction;
     if (judge.Permits(judge.Try(place), floor)) {
       placement.complex.vertices[v] = place;
-      return;
+      return true;
     }
   }
+  return false;
 }
 
 double OffsetOf(const Placement& placement, size_t v) {
@@ -42,9 +48,15 @@ double OffsetOf(const Placement& placement, size_t v) {
 
 }  // namespace
 
-absl::Status ProjectToHull(Placement& placement, double quality_floor, const RunContext& run) {
-  return VisitByColour(placement.neighbourhoods, run,
-                       [&](int32_t v) { ProjectVertex(placement, v, quality_floor); });
+absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
+                                      SweepMemory& memory, const RunContext& run) {
+  std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
+  const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
+    moved[v] = ProjectVertex(placement, v, quality_floor);
+  });
+  if (!status.ok()) return status;
+  ActivateNeighbours(placement, moved, memory);
+  return std::count(moved.begin(), moved.end(), 1);
 }
 
 void WeakenUnreached(Placement& placement, double tolerance) {
@@ -57,11 +69,15 @@ void WeakenUnreached(Placement& placement, double tolerance) {
 }
 
 double LargestOffset(const Placement& placement) {
-  double largest = 0;
-  for (size_t v = 0; v < placement.constraints.vertex.size(); ++v) {
-    largest = std::max(largest, OffsetOf(placement, v));
-  }
-  return largest;
+  return tbb::parallel_reduce(
+      tbb::blocked_range<size_t>(0, placement.constraints.vertex.size(), kVerticesPerBlock), 0.0,
+      [&](const tbb::blocked_range<size_t>& range, double largest) {
+        for (size_t v = range.begin(); v < range.end(); ++v) {
+          largest = std::max(largest, OffsetOf(placement, v));
+        }
+        return largest;
+      },
+      [](double a, double b) { return std::max(a, b); });
 }
 
 }  // namespace amhex

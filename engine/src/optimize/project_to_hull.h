@@ -1,7 +1,7 @@
 // Draws hull vertices to the hull, to its creases and to its corners.
 #pragma once
 
-#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "optimize/placement.h"
 
@@ -10,7 +10,9 @@ namespace amhex {
 // One pass: every hull vertex moves towards its constraint's nearest point, as far as the rules of
 // MoveJudge allow. No neighbourhood falls below all of: its old minimum, `quality_floor`, and the
 // larger of 0.1 and three quarters of its old minimum.
-absl::Status ProjectToHull(Placement& placement, double quality_floor, const RunContext& run);
+// Returns the number of vertices moved and activates their neighbourhoods in `memory`.
+absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
+                                      SweepMemory& memory, const RunContext& run);
 
 // Vertices farther than `tolerance` edge lengths from their crease or corner get the next weaker
 // constraint. Patches stay.

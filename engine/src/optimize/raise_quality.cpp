@@ -1,15 +1,18 @@
 #include "optimize/raise_quality.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace amhex {
 namespace {
 
-constexpr float kFirstStep = 0.1F;
 constexpr float kLargestStep = 0.3F;
 constexpr float kSmallestStep = 0.002F;
 constexpr int kMaxHalvings = 4;
+constexpr size_t kCellsPerBlock = 1024;
 // Gains below these are not worth another sweep of the neighbourhood.
 constexpr double kMinRelativeEnergyGain = 1e-4;
 constexpr double kMinSumGain = 1e-5;
@@ -105,23 +108,7 @@ class VertexSearch {
   Vec3d offset_;
 };
 
-// Active next: every vertex of a cell of which a vertex moved.
-void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
-                        std::vector<uint8_t>& active) {
-  std::fill(active.begin(), active.end(), 0);
-  for (const CellCorners& corners : placement.complex.cells) {
-    const bool any =
-        std::any_of(corners.begin(), corners.end(), [&](int32_t v) { return moved[v] != 0; });
-    if (!any) continue;
-    for (const int32_t v : corners) active[v] = 1;
-  }
-}
-
 }  // namespace
-
-SweepMemory StartSweeps(int64_t vertex_count) {
-  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
-}
 
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
@@ -135,21 +122,31 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
     moved[v] = search.Run(memory.step[v]);
   });
   if (!status.ok()) return status;
-  ActivateNeighbours(placement, moved, memory.active);
+  std::fill(memory.active.begin(), memory.active.end(), 0);
+  ActivateNeighbours(placement, moved, memory);
   return std::count(moved.begin(), moved.end(), 1);
 }
 
 QualitySummary SummarizeQuality(const CellComplex& complex) {
-  QualitySummary summary;
-  for (const CellCorners& corners : complex.cells) {
-    const double quality = CellQuality(corners, complex.vertices);
-    summary.minimum = std::min(summary.minimum, quality);
-    summary.average += quality;
-    // CellQuality is the least scaled Jacobian where it is positive.
-    summary.min_scaled_jacobian =
-        std::min(summary.min_scaled_jacobian,
-                 quality > 0 ? quality : ScaledJacobian(corners, complex.vertices));
-  }
+  // Deterministic: fixed blocks, joined in a fixed order.
+  QualitySummary summary = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerBlock), QualitySummary{},
+      [&](const tbb::blocked_range<size_t>& range, QualitySummary part) {
+        for (size_t c = range.begin(); c < range.end(); ++c) {
+          const double quality = CellQuality(complex.cells[c], complex.vertices);
+          part.minimum = std::min(part.minimum, quality);
+          part.average += quality;
+          // CellQuality is the least scaled Jacobian where it is positive.
+          part.min_scaled_jacobian =
+              std::min(part.min_scaled_jacobian,
+                       quality > 0 ? quality : ScaledJacobian(complex.cells[c], complex.vertices));
+        }
+        return part;
+      },
+      [](const QualitySummary& a, const QualitySummary& b) {
+        return QualitySummary{std::min(a.minimum, b.minimum), a.average + b.average,
+                              std::min(a.min_scaled_jacobian, b.min_scaled_jacobian)};
+      });
   if (!complex.cells.empty()) summary.average /= static_cast<double>(complex.cells.size());
   return summary;
 }

@@ -15,13 +15,6 @@ enum class QualityAim : uint8_t {
   kAverage,  // raise the sum of the cells' minima
 };
 
-// Vertices that a later sweep need not look at, and how far each moved last.
-struct SweepMemory {
-  std::vector<uint8_t> active;  // [vertex_count]
-  std::vector<float> step;      // [vertex_count] next trial step, edge lengths
-};
-SweepMemory StartSweeps(int64_t vertex_count);
-
 struct SweepRules {
   QualityAim aim = QualityAim::kMinimum;
   double target = 0.5;  // only vertices with an incident cell below this are visited

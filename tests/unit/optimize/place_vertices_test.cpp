@@ -128,8 +128,9 @@ TEST(ProjectToHull, NeverMakesACellInvalid) {
   const HullFeatures features(hull);
   Placement placement = PlacementOf(complex, features);
   const RunContext run;
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 4; ++round) {
-    ASSERT_TRUE(ProjectToHull(placement, 0.1, run).ok());
+    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
     EXPECT_GE(SummarizeQuality(complex).minimum, 0.1);
   }
   EXPECT_GT(LargestOffset(placement), 0.1);
@@ -167,10 +168,12 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   const HullFeatures features(hull);
   Placement placement = PlacementOf(complex, features);
   const RunContext run;
-  for (int round = 0; round < 3; ++round) ASSERT_TRUE(ProjectToHull(placement, 0.1, run).ok());
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+  }
   ASSERT_LT(LargestOffset(placement), 1e-9);
   const std::vector<Vec3d> start = complex.vertices;
-  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int sweep = 0; sweep < 5; ++sweep) {
     ASSERT_TRUE(SweepQuality(placement, {QualityAim::kAverage, 1.1, 0.5}, memory, run).ok());
   }
