@@ -1,16 +1,32 @@
 #include "input/sharp_features.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
 #include <vector>
+
+#include "input/hull_queries.h"
 
 namespace amhex {
 namespace {
 
 // Edge lengths; see the header.
 constexpr double kShortestChain = 2.0;
+// How far to either side of an edge the normals are compared, and how many of the comparisons must
+// agree: fillets and thin walls have room for the near ones only.
+constexpr std::array<double, 3> kProbeDistances = {0.15, 0.3, 0.45};
+constexpr int kAgreeingProbes = 2;
+constexpr double kProbeAngleRatio = 0.7;
+// Facets: how far beyond the edge's triangles the hull is looked at, in their heights but at least
+// this many edge lengths, and the share of the edge's angle that makes it one of many.
+constexpr double kBeyondTriangle = 1.5;
+constexpr double kLeastBeyond = 0.3;
+constexpr double kFacetAngleRatio = 0.5;
+constexpr double kAlwaysSharpDegrees = 60;
 
 // The graph of candidate edges: vertices, and the edges that meet at each.
 class FeatureGraph {
@@ -146,6 +162,67 @@ std::vector<SharpEdge> CandidateEdges(double sharp_angle_degrees, const EdgeAdja
   return edges;
 }
 
+// Unit vector in the plane of `triangle`, away from its edge a-b.
+Vec3d AwayFromEdge(const Hull& hull, int32_t triangle, const Vec3d& a, const Vec3d& b,
+                   const Vec3d& middle) {
+  const Vec3d& normal = hull.triangle_normals[static_cast<size_t>(triangle)];
+  Vec3d away = Normalized(Cross(normal, b - a));
+  const auto& corners = hull.triangles[static_cast<size_t>(triangle)];
+  Vec3d centre;
+  for (const int32_t v : corners) centre += hull.vertices[static_cast<size_t>(v)] / 3.0;
+  return Dot(away, centre - middle) < 0 ? -away : away;
+}
+
+double AngleBetween(const Vec3d& a, const Vec3d& b) {
+  return std::atan2(Norm(Cross(a, b)), Dot(a, b));
+}
+
+// By how much the hull turns beyond the edge's triangle on one side.
+double TurnBeyond(const Hull& hull, int32_t triangle, const Vec3d& middle, const Vec3d& away) {
+  double height = 0;
+  for (const int32_t v : hull.triangles[static_cast<size_t>(triangle)]) {
+    height = std::max(height, Dot(hull.vertices[static_cast<size_t>(v)] - middle, away));
+  }
+  const double distance = std::max(kBeyondTriangle * height, kLeastBeyond);
+  return AngleBetween(hull.triangle_normals[static_cast<size_t>(triangle)],
+                      hull.queries->Closest(middle + away * distance).normal);
+}
+
+bool IsSharpToCells(const SharpEdge& edge, double cosine, const Hull& hull) {
+  const Vec3d& a = hull.vertices[static_cast<size_t>(edge.vertex_a)];
+  const Vec3d& b = hull.vertices[static_cast<size_t>(edge.vertex_b)];
+  const Vec3d middle = (a + b) / 2.0;
+  const Vec3d left = AwayFromEdge(hull, edge.triangle_left, a, b, middle);
+  const Vec3d right = AwayFromEdge(hull, edge.triangle_right, a, b, middle);
+  const double angle =
+      AngleBetween(hull.triangle_normals[static_cast<size_t>(edge.triangle_left)],
+                   hull.triangle_normals[static_cast<size_t>(edge.triangle_right)]);
+  if (angle < kAlwaysSharpDegrees * std::numbers::pi / 180 &&
+      TurnBeyond(hull, edge.triangle_left, middle, left) > kFacetAngleRatio * angle &&
+      TurnBeyond(hull, edge.triangle_right, middle, right) > kFacetAngleRatio * angle) {
+    return false;
+  }
+  int agreeing = 0;
+  for (const double distance : kProbeDistances) {
+    const Vec3d left_normal = hull.queries->Closest(middle + left * distance).normal;
+    const Vec3d right_normal = hull.queries->Closest(middle + right * distance).normal;
+    if (Dot(left_normal, right_normal) < cosine) ++agreeing;
+  }
+  return agreeing >= kAgreeingProbes;
+}
+
+void DropNoise(double sharp_angle_degrees, const Hull& hull, std::vector<SharpEdge>& edges) {
+  const double cosine = std::cos(kProbeAngleRatio * sharp_angle_degrees * std::numbers::pi / 180);
+  std::vector<uint8_t> keep(edges.size(), 0);
+  tbb::parallel_for(size_t{0}, edges.size(),
+                    [&](size_t i) { keep[i] = IsSharpToCells(edges[i], cosine, hull) ? 1 : 0; });
+  size_t kept = 0;
+  for (size_t i = 0; i < edges.size(); ++i) {
+    if (keep[i] != 0) edges[kept++] = edges[i];
+  }
+  edges.resize(kept);
+}
+
 void LabelPatches(const EdgeAdjacency& adjacency, Hull& hull) {
   std::vector<std::pair<int32_t, int32_t>> walls;
   for (const SharpEdge& edge : hull.sharp_edges) {
@@ -180,7 +257,9 @@ void LabelPatches(const EdgeAdjacency& adjacency, Hull& hull) {
 }  // namespace
 
 void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull) {
-  FeatureGraph graph(CandidateEdges(sharp_angle_degrees, adjacency, hull), hull);
+  std::vector<SharpEdge> candidates = CandidateEdges(sharp_angle_degrees, adjacency, hull);
+  DropNoise(sharp_angle_degrees, hull, candidates);
+  FeatureGraph graph(std::move(candidates), hull);
   hull.sharp_edges = graph.Prune();
   hull.sharp_degree.assign(hull.vertices.size(), 0);
   for (const SharpEdge& edge : hull.sharp_edges) {

@@ -10,10 +10,15 @@ namespace amhex {
 
 // Fills hull.sharp_edges, sharp_degree and patch from its vertices, triangles and normals.
 //
-// An edge is sharp if the normals of its triangles differ by more than `sharp_angle_degrees` and
-// it belongs to a chain long enough to matter to cells of edge length 1: scans are full of short
-// sharp chains that are noise, and cells bent to those are lost. Chains with a loose end and closed
-// chains by themselves need a length of 2 edge lengths; what hangs together needs an extent of 2.
+// An edge is sharp if the normals of its triangles differ by more than `sharp_angle_degrees`, and
+// if that matters to cells of edge length 1, for scans are full of sharp edges that are noise, and
+// cells bent to those are lost:
+//   some way off, on both sides of the edge, the hull's normals still differ by 0.7 of that angle;
+//   the hull does not go on turning on both sides by more than half as much, as it does over the
+//   facets of a coarsely tessellated round (angles above 60 degrees are sharp nevertheless);
+//   the edge belongs to a chain: those with a loose end and closed ones by themselves need a length
+//   of 2 edge lengths, what hangs together needs an extent of 2.
+// Uses hull.queries.
 void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull);
 
 }  // namespace amhex
