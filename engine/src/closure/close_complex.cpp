@@ -8,6 +8,7 @@
 #include "closure/boundary_defects.h"
 #include "closure/cavities.h"
 #include "closure/delaunay_fill.h"
+#include "closure/extrude_layer.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
 
@@ -35,6 +36,7 @@ class Closer {
   absl::StatusOr<CellComplex> Run() {
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
+    ExtrudeToHull(hull_, &mesh_);
     first_open_ = std::max<size_t>(1, mesh_.OpenFaces().size());
     for (const StarRound& round : kFirstRounds) {
       FillWithStars(round);
