@@ -32,8 +32,10 @@ std::string Number(double value) {
 }
 
 double Seconds(const google::protobuf::Duration& duration) {
-  constexpr double kNanosecond = 1e-9;
-  return static_cast<double>(duration.seconds()) + kNanosecond * duration.nanos();
+  // Dividing once rounds once, so that the number prints short.
+  constexpr int64_t kNanoseconds = 1'000'000'000;
+  return static_cast<double>(duration.seconds() * kNanoseconds + duration.nanos()) /
+         static_cast<double>(kNanoseconds);
 }
 
 std::string MessageValue(const Message& message, int indent) {

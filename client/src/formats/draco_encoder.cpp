@@ -66,13 +66,15 @@ void ChooseForm(const std::vector<Vec3d>& positions, const Box3d& box, double to
   if (float_error <= tolerance) {
     encoding->max_error = float_error;
     encoding->description =
-        absl::StrFormat("positions as 32-bit numbers, error at most %.3g", float_error);
+        float_error == 0
+            ? "positions as 32-bit numbers, without error"
+            : absl::StrFormat("positions as 32-bit numbers, error at most %.3g", float_error);
     return;
   }
   encoding->is_double = true;
   encoding->description =
-      "positions as 64-bit numbers, without error, as 32 bits are too coarse this far from the "
-      "origin";
+      "positions as 64-bit numbers, without error, as 32 bits are too coarse for cells this small "
+      "so far from the origin";
 }
 
 template <class T>

@@ -17,7 +17,7 @@ constexpr double kFrame = 0.06;       // of the picture left free on each side
 constexpr double kLineWidth = 1.1;    // pixels
 constexpr double kLineNearer = 2e-3;  // of the mesh's diagonal
 constexpr Colour kLineColour = {0.20f, 0.22f, 0.26f};
-constexpr float kAmbient = 0.52f;  // light from everywhere; the rest comes from the lamp
+constexpr float kAmbient = 0.66f;  // light from everywhere; the rest comes from the lamp
 
 // Parallel projection. The viewer looks from the front right, from above.
 class Camera {
