@@ -25,7 +25,10 @@ constexpr int kMaxMends = 4;
 
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
                                         const MeshingParams& params, RunContext& run) {
-  AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
+  const auto place = [&](PlacementEffort effort) {
+    return PlaceVertices(std::move(complex), hull, params, run, effort);
+  };
+  AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, hull, run));
   for (const ImprovementRound& round : kRounds) {
     AMHEX_ASSIGN_OR_RETURN(Repaired repaired,
@@ -33,13 +36,14 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     complex = std::move(repaired.complex);
     const bool first = &round == &kRounds[0];
     if (!first && repaired.replacements == 0) break;
-    AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
+    AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
+  AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kBest));
   for (int layers = 0; layers < kMaxMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended, MendBoundary(complex, hull, layers, params, run));
     complex = std::move(mended.complex);
     if (!mended.changed) break;
-    AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), hull, params, run));
+    AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
   return complex;
 }
