@@ -73,7 +73,7 @@ struct Diagram {
   std::vector<CellMoments> moments;
 
   Diagram(int64_t site_count, int64_t points_per_site) {
-    constexpr double kMargin = 5.0;
+    constexpr double kMargin = 3.0;
     const Hull hull = SphereFor(site_count);
     RunContext run;
     barrier = *BuildHullBarrier(hull, static_cast<double>(points_per_site), kMargin, run);
@@ -103,12 +103,12 @@ void BM_NearestNeighbours(benchmark::State& state) {
   const Hull hull = SphereFor(state.range(0));
   std::vector<Vec3f> position;
   for (const Vec3d& p : JitteredSites(hull).position) {
-    position.push_back(ToFloat(p - hull.box.low + Vec3d{5, 5, 5}));
+    position.push_back(ToFloat(p - hull.box.low + Vec3d{3, 3, 3}));
   }
   const auto count = static_cast<int64_t>(position.size());
   std::vector<int32_t> neighbours(position.size() * kNeighbourCount);
   CpuExecutor executor;
-  PointBins<CpuExecutor> bins(executor, hull.box.Extent() + Vec3d{10, 10, 10}, 1.0f);
+  PointBins<CpuExecutor> bins(executor, hull.box.Extent() + Vec3d{6, 6, 6}, 1.0f);
   for (auto _ : state) {
     executor.ForEach("knn", count,
                      KnnExactBody{bins.Build(ViewOf(position), count),
@@ -171,7 +171,7 @@ void BM_BuildHullBarrier(benchmark::State& state) {
   const Hull hull = SphereFor(state.range(0));
   RunContext run;
   for (auto _ : state) {
-    const auto barrier = BuildHullBarrier(hull, kDefaultPointsPerSite, 5.0, run);
+    const auto barrier = BuildHullBarrier(hull, kDefaultPointsPerSite, 3.0, run);
     benchmark::DoNotOptimize(barrier->inside_mask.data());
   }
   state.SetItemsProcessed(state.iterations() * state.range(0));

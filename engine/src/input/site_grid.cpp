@@ -23,12 +23,14 @@
 namespace amhex {
 namespace {
 
-// Layers of cubes around the box: two hops, and one to spare.
-constexpr int32_t kMarginLayers = 4;
-constexpr int32_t kFarthestHop = 2;
+// Layers of cubes around the box: one hop, and one to spare.
+constexpr int32_t kMarginLayers = 2;
+// Measured: outside sites change nothing in the inside ones but their frames at the hull, at the
+// cost of one inside site each; the Outlook's bound of one hop loses nothing.
+constexpr int32_t kFarthestHop = 1;
 // Nor farther than this, edge lengths: at the rim of the box the neighbours of a site all lie on
 // one side, and its hops are longer.
-constexpr double kFarthestDistance = 3.0;
+constexpr double kFarthestDistance = 1.25;
 // Cubes over the box; more means a box absurdly larger than what it holds.
 constexpr double kMaxCubes = 1 << 28;
 constexpr float kBinSize = 1.0f;

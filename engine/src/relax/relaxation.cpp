@@ -27,8 +27,8 @@ namespace {
 
 // Section 6.2.
 constexpr int32_t kIterationsAfterGrids = 150;
-// Room around the hull, edge lengths: for outside sites two hops away and their cells.
-constexpr double kMarginWithOutside = 5.0;
+// Room around the hull, edge lengths: for outside sites one hop away and their cells.
+constexpr double kMarginWithOutside = 3.0;
 constexpr double kMarginInsideOnly = 1.0;
 // Sizes beyond these have no cubes worth relaxing; they would widen every search.
 constexpr double kLeastSize = 0.25;

@@ -9,9 +9,9 @@
 
 namespace amhex {
 
-// Outside cells end at this distance from their site, in cell sizes: nothing else bounds the
-// outermost ones.
-inline constexpr float kOutsideReach = 0.75f;
+// Outside cells end at the faces of their own cubes, in cell sizes: nothing else bounds the
+// outermost ones, and any wider cells would push them outwards for ever.
+inline constexpr float kOutsideReach = 0.5f;
 inline constexpr float kUnboundedReach = 3e38f;
 
 // Distances are measured in the site's own cell size: 0.5 on the faces of its cube. With all sizes

@@ -34,7 +34,7 @@ TEST(SiteGrid, FillsABoxWithOneSitePerUnitCube) {
   EXPECT_EQ(inside, 60);
 }
 
-TEST(SiteGrid, KeepsOutsideSitesWithinTwoHopsOfTheHullOnly) {
+TEST(SiteGrid, KeepsOutsideSitesWithinOneHopOfTheHullOnly) {
   const TriangleMesh box = fixtures::MakeBox({4, 4, 4}, 0.4);
   const Hull hull = testing_support::HullOfMesh(box);
   const auto sites = Populate(box, Initialization::kGrid);
@@ -42,7 +42,7 @@ TEST(SiteGrid, KeepsOutsideSitesWithinTwoHopsOfTheHullOnly) {
   int first_layer = 0;
   for (const Vec3d& p : sites->position) {
     const double distance = hull.queries->SignedDistance(p);
-    EXPECT_LT(distance, 3.0);
+    EXPECT_LT(distance, 1.25);
     if (distance > 0 && distance < 0.6) ++first_layer;
   }
   EXPECT_EQ(first_layer, 6 * 16);
