@@ -1,0 +1,162 @@
+// Jobs on the real worker: decoding, meshing, and everything that users do wrong.
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "errors.h"
+#include "files.h"
+#include "job.h"
+#include "job_id.h"
+#include "job_manager.h"
+#include "mesh_codec.h"
+#include "server.h"
+#include "service_fixtures.h"
+#include "surface_codec.h"
+#include "worker_pool.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+
+constexpr absl::Duration kMeshingPatience = absl::Seconds(90);
+constexpr int64_t kCubeCells = 64;
+
+TriangleMesh Cube() {
+  const auto hull = DecodeSurface(amhex::v1::INPUT_ENCODING_ARRAYS, CubeInput(), Limits());
+  return hull.ok() ? std::get<TriangleMesh>(*hull) : TriangleMesh();
+}
+
+class RealWorkerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.listen = {"unix:" + (folder_ / "amhex.sock")};
+    options_.metrics_listen = "";
+    options_.ephemeral = true;
+    options_.worker = AMHEX_REAL_WORKER;
+    auto created = Server::Create(options_);
+    ASSERT_TRUE(created.ok()) << created.status();
+    server_ = *std::move(created);
+  }
+
+  JobManager& manager() { return server_->manager(); }
+
+  amhex::v1::SubmitJobRequest Request(const InputHull& hull, int64_t cell_count = kCubeCells) {
+    amhex::v1::SubmitJobRequest request;
+    request.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
+    request.set_inline_input(EncodeHullArrays(hull));
+    request.mutable_params()->mutable_sizing()->set_cell_count(cell_count);
+    return request;
+  }
+
+  std::string Submit(const amhex::v1::SubmitJobRequest& request) {
+    const auto job = manager().Submit(request);
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? JobIdFromName(job->name()) : "";
+  }
+
+  Job Run(const amhex::v1::SubmitJobRequest& request) {
+    const std::string id = Submit(request);
+    EXPECT_TRUE(Eventually([&] { return IsFinal(manager().Get(id)->state()); }, kMeshingPatience));
+    return *manager().Get(id);
+  }
+
+  std::string FailureOf(const InputHull& hull) {
+    const Job job = Run(Request(hull));
+    EXPECT_EQ(job.state(), Job::FAILED);
+    EXPECT_EQ(job.attempt_count(), 1);
+    return ReasonOf(job.error());
+  }
+
+  TemporaryFolder folder_;
+  ServerOptions options_;
+  std::unique_ptr<Server> server_;
+};
+
+TEST_F(RealWorkerTest, CubeBecomesAMeshWithEveryStageReportedOnce) {
+  const Job job = Run(Request(Cube()));
+  ASSERT_EQ(job.state(), Job::SUCCEEDED) << job.error().message();
+  const auto bytes = ReadWholeFile(manager().blobs().PathOf(job.result().mesh().sha256()));
+  ASSERT_TRUE(bytes.ok());
+  const auto mesh = DecodeMesh(*bytes);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_EQ(static_cast<int64_t>(mesh->corners.size()), job.result().statistics().cell_count());
+  EXPECT_NEAR(job.result().statistics().volume(), 1.0, 0.05);
+  ASSERT_EQ(job.stages_size(), amhex::v1::Stage_MAX);
+  for (int i = 0; i < job.stages_size(); ++i) EXPECT_EQ(job.stages(i).stage(), i + 1);
+}
+
+TEST_F(RealWorkerTest, EffectiveParametersReproduceTheMesh) {
+  auto request = Request(Cube());
+  const Job first = Run(request);
+  ASSERT_EQ(first.state(), Job::SUCCEEDED) << first.error().message();
+  *request.mutable_params() = first.result().effective_params();
+  const Job second = Run(request);
+  ASSERT_EQ(second.state(), Job::SUCCEEDED) << second.error().message();
+  EXPECT_EQ(first.result().mesh().sha256(), second.result().mesh().sha256());
+}
+
+TEST_F(RealWorkerTest, CoordinateThatIsNoNumberFailsWithTheReason) {
+  TriangleMesh cube = Cube();
+  cube.vertices[3].y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(FailureOf(cube), "INPUT_INVALID");
+}
+
+TEST_F(RealWorkerTest, SurfaceWithoutVolumeFailsWithTheReason) {
+  TriangleMesh flat = Cube();
+  for (Vec3d& vertex : flat.vertices) vertex.z = 0;
+  EXPECT_EQ(FailureOf(flat), "INPUT_INVALID");
+  EXPECT_EQ(FailureOf(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}),
+            "INPUT_INVALID");
+  EXPECT_EQ(FailureOf(PointCloud{{{1, 2, 3}}, {}}), "INPUT_INVALID");
+}
+
+TEST_F(RealWorkerTest, DamagedDracoFileFailsWithTheReason) {
+  amhex::v1::SubmitJobRequest request;
+  request.set_inline_input(DracoFileHeader(2, 2, 1, 1) + '\0' + Varint(50) + Varint(90) + '\1' +
+                           Varint(85) + Varint(0) + std::string(200, '\x5a'));
+  const Job job = Run(request);
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "INPUT_MALFORMED");
+  EXPECT_EQ(job.failed_stage(), amhex::v1::STAGE_DECODE_INPUT);
+}
+
+TEST_F(RealWorkerTest, CancelFreesTheWorker) {
+  const std::string id = Submit(Request(Cube(), 100'000));
+  ASSERT_TRUE(Eventually(
+      [&] { return manager().Get(id)->progress().stage() >= amhex::v1::STAGE_CHECK_INPUT; }));
+  ASSERT_TRUE(manager().Cancel(id).ok());
+  ASSERT_TRUE(Eventually([&] { return IsFinal(manager().Get(id)->state()); }));
+  EXPECT_EQ(manager().Get(id)->state(), Job::CANCELLED);
+  EXPECT_EQ(Run(Request(Cube())).state(), Job::SUCCEEDED);
+}
+
+TEST_F(RealWorkerTest, RunTimeoutEndsTheJob) {
+  auto request = Request(Cube(), 1'000'000);
+  request.mutable_run_timeout()->set_nanos(200'000'000);
+  const Job job = Run(request);
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "RUN_TIMEOUT");
+}
+
+TEST_F(RealWorkerTest, EstimateNamesCellsMemoryAndTime) {
+  const auto input = manager().AdmitInput(Request(Cube()));
+  ASSERT_TRUE(input.ok());
+  amhex::worker::RunJob order;
+  order.set_input_path(manager().blobs().PathOf(input->sha256()));
+  order.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
+  const Limits limits;
+  order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
+  order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);
+  order.mutable_params()->mutable_sizing()->set_cell_count(1000);
+  const auto estimate = server_->pool().Estimate(order);
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_GT(estimate->cell_count(), 0);
+  EXPECT_GT(estimate->memory_bytes(), 0);
+}
+
+}  // namespace
+}  // namespace amhex::server
