@@ -16,7 +16,7 @@ namespace {
 
 namespace v1 = amhex::v1;
 
-constexpr int kBarWidth = 24;
+constexpr int kBarWidth = 16;
 constexpr absl::Duration kPlainInterval = absl::Seconds(5);
 
 double Seconds(const google::protobuf::Duration& duration) {
