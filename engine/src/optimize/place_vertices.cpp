@@ -14,7 +14,7 @@ namespace {
 
 // Quality that projection may cost a cell, round by round: the first rounds leave what would hurt
 // to later ones, when the neighbours have made room.
-constexpr std::array<double, 8> kProjectionFloors = {0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1};
+constexpr std::array<double, 8> kProjectionFloors = {0.4, 0.4, 0.35, 0.35, 0.3, 0.3, 0.25, 0.25};
 // After this round, creases and corners that are farther than kUnreached are given up.
 constexpr size_t kWeakenAfterRound = 5;
 constexpr double kUnreached = 0.02;  // edge lengths
@@ -44,7 +44,7 @@ constexpr double kLevelGain = 0.002;   // levels end when the minimum rises less
 constexpr double kGoodMinimum = 0.5;   // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
-constexpr double kUnbearable = 0.2;
+constexpr double kUnbearable = 0.28;
 
 class Placer {
  public:
@@ -68,11 +68,11 @@ class Placer {
     }
     Report(0.6);
     if (effort == PlacementEffort::kValid) return absl::OkStatus();
-    // Cells above the minimum may give way where the sum gains.
+    // Good cells may give way where the sum gains; poor ones and the minimum may not.
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
-    status = Sweep(
-        {QualityAim::kAverage, kAverageTarget, std::min(minimum, kGoodMinimum), kAveragePenalty},
-        kAverageSweeps);
+    status = Sweep({QualityAim::kAverage, kAverageTarget,
+                    std::clamp(minimum, kUnbearable, kGoodMinimum), kAveragePenalty},
+                   kAverageSweeps);
     Report(1.0);
     return status;
   }

@@ -23,7 +23,7 @@ enum class PlacementEffort : uint8_t {
 //
 // Requires a closed complex: every face of a cell is shared or listed in hull_faces. No cell that
 // was valid by CellQuality becomes invalid, and the minimum quality after the vertices have been
-// projected only rises; projecting itself may cost quality down to a floor of 0.1, no more.
+// projected only rises; projecting itself may cost quality down to a floor of 0.25, no more.
 //
 // Same result at any thread count. Linear in the number of cells, ~0.1 ms each. Errors: CANCELLED,
 // DEADLINE_EXCEEDED, INTERNAL (a cell of no known type).

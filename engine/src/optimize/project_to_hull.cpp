@@ -18,7 +18,7 @@ constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
 // A move may cost a neighbourhood this share of its worst quality at once, even below the round's
 // floor, but never lead below kLowestFloor; the sweeps between the rounds regain it.
 constexpr double kAllowedShare = 0.75;
-constexpr double kLowestFloor = 0.1;
+constexpr double kLowestFloor = 0.25;
 
 bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];

@@ -9,7 +9,7 @@ namespace amhex {
 
 // One pass: every hull vertex moves towards its constraint's nearest point, as far as the rules of
 // MoveJudge allow. No neighbourhood falls below all of: its old minimum, `quality_floor`, and the
-// larger of 0.1 and three quarters of its old minimum.
+// larger of 0.25 and three quarters of its old minimum.
 // Returns the number of vertices moved and activates their neighbourhoods in `memory`.
 absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
                                       SweepMemory& memory, const RunContext& run);
