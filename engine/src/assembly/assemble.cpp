@@ -56,7 +56,7 @@ class Assembler {
   }
 
   // Listing 3. Ends because every round either adds a primitive or lowers the criteria.
-  absl::Status Run() {
+  absl::Status AddWhatClosesFaces() {
     Criteria criteria;
     while (criteria.type > 0 && !waiting_.empty()) {
       AMHEX_RETURN_IF_ERROR(context_.CheckStop());
@@ -65,6 +65,27 @@ class Assembler {
       } else {
         criteria.Lower();
       }
+    }
+    return absl::OkStatus();
+  }
+
+  // Deviates: a direct cell that closes too few faces still fills space that the search found no
+  // better use for.
+  absl::Status AddRemainingDirectCells() {
+    std::vector<int32_t> remaining;
+    for (const int32_t i : waiting_) {
+      if (table_.primitives[i].cube >= 0) remaining.push_back(i);
+    }
+    std::sort(remaining.begin(), remaining.end(),
+              [&](int32_t a, int32_t b) { return HasPriority(table_, a, b); });
+    for (const int32_t i : remaining) {
+      AMHEX_RETURN_IF_ERROR(context_.CheckStop());
+      if (!open_faces_->CanAdd(table_.primitives[i]) ||
+          open_faces_->IsBehindHull(table_.primitives[i]) || conflicts_->IsInConflict(i)) {
+        continue;
+      }
+      open_faces_->Add(i);
+      conflicts_->Add(i);
     }
     return absl::OkStatus();
   }
@@ -172,7 +193,9 @@ absl::StatusOr<CellComplex> AssembleCells(const PrimitiveTable& table, const Mer
     if (mesh.IsInMesh(i)) conflicts.Add(i);
   }
   AMHEX_RETURN_IF_ERROR(RemoveOverlaps(table, context, &mesh, &conflicts));
-  AMHEX_RETURN_IF_ERROR(Assembler(table, params, context, &mesh, &conflicts).Run());
+  Assembler assembler(table, params, context, &mesh, &conflicts);
+  AMHEX_RETURN_IF_ERROR(assembler.AddWhatClosesFaces());
+  AMHEX_RETURN_IF_ERROR(assembler.AddRemainingDirectCells());
   CellComplex complex = BuildComplex(table, cubes, mesh);
   Progress progress = context.progress();
   progress.cell_count = static_cast<int64_t>(complex.cells.size());

@@ -45,13 +45,19 @@ void LookUpHalfFaces(const FaceTable& faces, Primitive* primitive) {
 
 std::vector<uint8_t> MarkHullFaces(const MergedCubes& cubes, const FaceTable& faces) {
   std::vector<uint8_t> on_hull(static_cast<size_t>(faces.half_face_count()), 0);
+  const auto mark = [&](const CellFace& face) {
+    const HalfFaceId id = faces.Find(face);
+    if (id != kNoHalfFace) on_hull[id] = 1;
+  };
   for (size_t i = 0; i < cubes.corners.size(); ++i) {
     if (cubes.hull_faces[i] == 0) continue;
     for (int direction = 0; direction < 6; ++direction) {
       if ((cubes.hull_faces[i] >> direction & 1) == 0) continue;
       const CellFace face = FaceInDirection(cubes.corners[i], direction);
-      const HalfFaceId id = face.count > 0 ? faces.Find(face) : kNoHalfFace;
-      if (id != kNoHalfFace) on_hull[id] = 1;
+      if (face.count > 0) mark(face);
+      for (int j = 0; j < 4 && face.count == 4; ++j) {
+        mark({3, {face.v[j], face.v[(j + 1) % 4], face.v[(j + 2) % 4], -1}});
+      }
     }
   }
   return on_hull;

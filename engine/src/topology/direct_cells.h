@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<Primitive>> FindDirectCells(const MergedCubes& cubes,
 // Fills in primitive.half_faces; every face must be in the table.
 void LookUpHalfFaces(const FaceTable& faces, Primitive* primitive);
 
-// [half_face_count] 1 where a cube's hull face is in the table.
+// [half_face_count] 1 where the table has a cube's hull face, or half of a quad one that was split.
 std::vector<uint8_t> MarkHullFaces(const MergedCubes& cubes, const FaceTable& faces);
 
 }  // namespace amhex

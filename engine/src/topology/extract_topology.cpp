@@ -1,5 +1,7 @@
 #include "topology/extract_topology.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -19,8 +21,6 @@ namespace {
 
 // Hexahedra above this scaled Jacobian start the mesh; section 5.2, III.
 constexpr double kInitialQuality = 0.5;
-// Listing 3 never goes below two closed faces, so others need not be kept.
-constexpr int kFewestClosedFaces = 2;
 constexpr int64_t kPrimitivesPerBlock = 4096;
 
 absl::Status CheckShapes(const MergedCubes& cubes) {
@@ -59,6 +59,18 @@ absl::Status IndexFaces(const MergedCubes& cubes, const RunContext& context,
   return context.CheckStop();
 }
 
+void AppendFaces(const CellCorners& corners, std::vector<CellFace>* faces) {
+  for (const CellFace& face : FacesOf(corners)) {
+    const CellFace canonical = CanonicalHalfFace(face);
+    faces->push_back(StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical));
+  }
+}
+
+void SortUnique(std::vector<CellFace>* faces) {
+  tbb::parallel_sort(faces->begin(), faces->end());
+  faces->erase(std::unique(faces->begin(), faces->end()), faces->end());
+}
+
 // The found primitive the right way round, or nullopt if it is not good enough either way.
 std::optional<Primitive> Judge(const FoundPrimitive& found, const std::vector<Vec3d>& vertices,
                                double min_quality) {
@@ -95,57 +107,70 @@ absl::StatusOr<std::vector<Primitive>> SearchAll(const FaceComplex& complex,
   return primitives;
 }
 
-// The default: direct cells first, then the search among what they leave over.
+bool IsInitial(const Primitive& primitive) {
+  return primitive.type == PrimitiveType::kHexahedron && primitive.quality > kInitialQuality;
+}
+
+// The faces among which the search around the initial mesh looks: those of it that are not
+// settled, those of the other direct cells, and the loops of the edges around them.
+absl::StatusOr<FaceComplex> CollectLeftoverFaces(const MergedCubes& cubes,
+                                                 const Leftovers& leftovers,
+                                                 const std::vector<Primitive>& others,
+                                                 const RunContext& context) {
+  AMHEX_ASSIGN_OR_RETURN(
+      std::vector<CellFace> faces,
+      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context));
+  for (const Primitive& primitive : others) AppendFaces(primitive.corners, &faces);
+  std::erase_if(faces, [&](const CellFace& face) { return leftovers.IsSettled(face); });
+  const std::vector<CellFace> unsettled = leftovers.UnsettledFaces();
+  faces.insert(faces.end(), unsettled.begin(), unsettled.end());
+  SortUnique(&faces);
+  return FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
+}
+
+// The default: direct hexahedra of high quality start the mesh, all other direct cells and what
+// the search finds around them compete for the rest. (The search finds those direct cells again;
+// of equals the first one listed is taken.)
 absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const MeshingParams& params,
                                              RunContext& context) {
-  AMHEX_ASSIGN_OR_RETURN(auto direct, FindDirectCells(cubes, params, context));
+  AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> direct, FindDirectCells(cubes, params, context));
+  const auto middle = std::stable_partition(direct.begin(), direct.end(), IsInitial);
   PrimitiveTable table;
-  table.primitives = std::move(direct);
+  table.primitives.assign(direct.begin(), middle);
   table.initial_count = static_cast<int32_t>(table.primitives.size());
   AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
+  const std::vector<Primitive> others(middle, direct.end());
   const Leftovers leftovers(cubes, table);
   if (leftovers.IsEmpty()) return table;
-
-  AMHEX_ASSIGN_OR_RETURN(
-      auto loops,
-      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context));
-  std::vector<CellFace> faces = leftovers.UnsettledFaces();
-  for (const CellFace& face : loops) {
-    if (!leftovers.IsSettled(face)) faces.push_back(face);
-  }
-  std::sort(faces.begin(), faces.end());
-  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  const auto complex =
-      FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
-  AMHEX_ASSIGN_OR_RETURN(auto found,
+  AMHEX_ASSIGN_OR_RETURN(const FaceComplex complex,
+                         CollectLeftoverFaces(cubes, leftovers, others, context));
+  AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> found,
                          SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
-  const size_t direct_count = table.primitives.size();
-  for (const Primitive& primitive : found) {
-    if (leftovers.Fits(primitive.corners, kFewestClosedFaces)) {
-      table.primitives.push_back(primitive);
-    }
+  std::erase_if(found, [&](const Primitive& p) { return !leftovers.Fits(p.corners); });
+  table.primitives.insert(table.primitives.end(), others.begin(), others.end());
+  table.primitives.insert(table.primitives.end(), found.begin(), found.end());
+  if (table.primitives.size() > static_cast<size_t>(table.initial_count)) {
+    AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   }
-  if (table.primitives.size() == direct_count) return table;
-  AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   return table;
 }
 
 // As the paper does it: everything is found by graph search.
 absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const MeshingParams& params,
                                           RunContext& context) {
-  AMHEX_ASSIGN_OR_RETURN(auto faces,
+  AMHEX_ASSIGN_OR_RETURN(std::vector<CellFace> faces,
                          CollectFaces(cubes.vertices, CollectCubeEdges(cubes, {}), context));
+  // A badly shaped face of a cube stays besides its two triangles; the assembly decides.
+  for (const CellCorners& corners : cubes.corners) AppendFaces(corners, &faces);
+  SortUnique(&faces);
   const auto complex =
       FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
-  AMHEX_ASSIGN_OR_RETURN(auto found,
+  AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> found,
                          SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
   PrimitiveTable table;
   table.primitives = std::move(found);
-  const auto is_initial = [](const Primitive& primitive) {
-    return primitive.type == PrimitiveType::kHexahedron && primitive.quality > kInitialQuality;
-  };
   const auto pool =
-      std::stable_partition(table.primitives.begin(), table.primitives.end(), is_initial);
+      std::stable_partition(table.primitives.begin(), table.primitives.end(), IsInitial);
   table.initial_count = static_cast<int32_t>(pool - table.primitives.begin());
   AMHEX_RETURN_IF_ERROR(IndexFaces(cubes, context, &table));
   return table;

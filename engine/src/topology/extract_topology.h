@@ -1,8 +1,9 @@
 // From merged cubes to all primitives the mesh may be assembled from. Section 5.2, I and II.
 //
 // Two ways in, one mechanism (params.assembly.extraction):
-//   kDirect  the cubes that already are cells start the mesh; faces are collected and primitives
-//            searched only among what they leave over. Deviates: far less work, same cells.
+//   kDirect  cubes that already are hexahedra of high quality start the mesh; all other cubes that
+//            are cells, and what a search around them finds, compete for the rest. Deviates: the
+//            same competition with far less to search.
 //   kPaper   faces and primitives of the whole edge network; the found hexahedra of high quality
 //            start the mesh.
 #pragma once

@@ -1,8 +1,8 @@
-// What the direct cells leave over: where the graph search has something to find.
+// What the initial mesh leaves over: where the graph search has something to find.
 //
-// Not in the paper, which searches all faces. A half-face of a direct cell is in one of three
-// states: matched by another direct cell, part of the hull, or open; only the open ones and the
-// cubes that became no cell need the search.
+// Not in the paper, which searches all faces. A half-face of an initial cell is in one of three
+// states: matched by another initial cell, part of the hull, or open; only the open ones and the
+// cubes that are not in the initial mesh need the search.
 #pragma once
 
 #include <cstdint>
@@ -15,31 +15,31 @@ namespace amhex {
 
 class Leftovers {
  public:
-  // `direct` holds the direct cells with their half-faces; it must outlive this.
-  Leftovers(const MergedCubes& cubes, const PrimitiveTable& direct);
+  // `initial` holds the initial cells only, with their half-faces; it must outlive this.
+  Leftovers(const MergedCubes& cubes, const PrimitiveTable& initial);
 
   bool IsEmpty() const { return region_.empty(); }
 
-  // [vertex_count] 1 for the vertices of cubes that are no direct cells, of open half-faces, and
-  // of half-faces that two direct cells claim; empty if there is none.
+  // [vertex_count] 1 for the vertices of cubes that are no initial cells, of open half-faces, and
+  // of half-faces that two initial cells claim; empty if there is none.
   const std::vector<uint8_t>& region() const { return region_; }
 
-  // The direct cells' faces that are not settled: open or claimed twice.
+  // The initial cells' faces that are not settled: open or claimed twice.
   std::vector<CellFace> UnsettledFaces() const;
 
   // True if both sides of the face are used, or it is used and the hull lies behind it.
   bool IsSettled(const CellFace& face) const;
 
-  // True if the primitive could join the direct cells: it uses no half-face of theirs, does not
-  // lie outside a hull face, and closes at least `min_closed` open faces.
-  bool Fits(const CellCorners& corners, int min_closed) const;
+  // True if the primitive could join the initial cells: it uses no half-face of theirs and does
+  // not lie outside a hull face.
+  bool Fits(const CellCorners& corners) const;
 
  private:
   bool IsUsed(HalfFaceId half_face) const { return claims_[half_face] > 0; }
   bool IsSettledFace(int32_t face) const;
 
-  const PrimitiveTable& direct_;
-  std::vector<uint8_t> claims_;  // [half_face_count] by how many direct cells, 2 = two or more
+  const PrimitiveTable& initial_;
+  std::vector<uint8_t> claims_;  // [half_face_count] by how many initial cells, 2 = two or more
   std::vector<uint8_t> region_;
 };
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 #include <vector>
 
+#include "assembly/overlap.h"
 #include "optimize/cell_quality.h"
 #include "topology/extract_topology.h"
 #include "topology/half_face.h"
@@ -179,20 +181,44 @@ TEST(Assembly, CellsNeverFillMoreThanTheGrid) {
   }
 }
 
-TEST(Assembly, ADirectAssemblyNeverOpensMoreFacesThanTheSearchFound) {
+// True if a cell of the complex uses one of the faces from the same side, lies behind the hull
+// there, or overlaps.
+bool IsInConflict(const CellCorners& cell, const CellComplex& complex) {
+  const std::multiset<CellFace> used = HalfFacesOf(complex);
+  const std::set<CellFace> hull = HullOf(complex);
+  for (const CellFace& face : FacesOf(cell)) {
+    if (used.count(CanonicalHalfFace(face)) > 0 || hull.count(OppositeHalfFace(face)) > 0) {
+      return true;
+    }
+  }
+  const CellBody body(cell, complex.vertices);
+  return std::any_of(complex.cells.begin(), complex.cells.end(), [&](const CellCorners& other) {
+    return Overlap(body, CellBody(other, complex.vertices));
+  });
+}
+
+TEST(Assembly, LeavesADirectCellOutOnlyForAConflict) {
   for (uint32_t seed = 0; seed < 10; ++seed) {
     const MergedCubes grid = JitteredGrid(seed);
-    RunContext context;
-    const auto table = ExtractTopology(grid, MeshingParams{}, context);
-    ASSERT_TRUE(table.ok());
-    PrimitiveTable direct_only = *table;
-    direct_only.primitives.resize(static_cast<size_t>(table->initial_count));
-    const auto before = AssembleCells(direct_only, grid, MeshingParams{}, context);
-    const auto after = AssembleCells(*table, grid, MeshingParams{}, context);
-    ASSERT_TRUE(before.ok() && after.ok());
-    EXPECT_LE(OpenFacesOf(*after).size(), OpenFacesOf(*before).size());
-    EXPECT_GE(after->cells.size(), before->cells.size());
+    const CellComplex complex = Assembled(grid);
+    const std::set<CellCorners> chosen(complex.cells.begin(), complex.cells.end());
+    for (const CellCorners& cube : grid.corners) {
+      if (CellQuality(cube, grid.vertices) <= MeshingParams{}.assembly.min_quality) continue;
+      EXPECT_TRUE(chosen.count(cube) > 0 || IsInConflict(cube, complex));
+    }
   }
+}
+
+TEST(Assembly, AMeshWithoutAnyHexahedronIsAssembledFromItsPrisms) {
+  // Every cube of the grid collapses two parallel edges of one face.
+  MergedCubes cubes = MakeCubeGrid(1, 1, 3);
+  for (CellCorners& corners : cubes.corners) {
+    corners[3] = corners[2];
+    corners[7] = corners[6];
+  }
+  const CellComplex complex = Assembled(cubes);
+  EXPECT_EQ(complex.cells.size(), 3u);
+  EXPECT_TRUE(OpenFacesOf(complex).empty());
 }
 
 TEST(Assembly, DoesNotDependOnTheNumberOfThreads) {
