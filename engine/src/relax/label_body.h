@@ -104,21 +104,33 @@ struct LabelTileBody {
     return item.is_inside != 0 ? inside : ~inside;
   }
 
+  // How far in space a site at Chebyshev distance `bound` can be: sqrt(3) times its size.
+  AMHEX_HD float ReachOf(float bound) const {
+    return kSquareRootOfThree * largest_size * (bound + kCullSlack);
+  }
+  AMHEX_HD bool HasSeenAll(const Search& search) const {
+    const int32_t longest = Larger(bins.count_x, Larger(bins.count_y, bins.count_z));
+    return search.reach > bins.bin_size * static_cast<float>(longest);
+  }
+  // Whether a site is of the tile's side and near enough to its cube.
+  AMHEX_HD bool IsWithinReach(const Search& search, const SiteMetric& site) const {
+    const float dx = Larger(AbsoluteValue(site.x - search.centre.x) - search.half_width, 0.0f);
+    const float dy = Larger(AbsoluteValue(site.y - search.centre.y) - search.half_width, 0.0f);
+    const float dz = Larger(AbsoluteValue(site.z - search.centre.z) - search.half_width, 0.0f);
+    return dx * dx + dy * dy + dz * dz <= search.reach * search.reach &&
+           site.is_inside == search.is_inside;
+  }
+
   // Collects every site that may own a point of the tile, by id; false if there are too many.
-  // Widens the search until some site bounds the distances from above, or all have been seen. A
-  // Chebyshev distance d spans at most sqrt(3) * size * d in space.
+  // Widens the search until some site bounds the distances from above, or all have been seen.
   AMHEX_HD bool Gather(Search& search, LabelCandidates& candidates) const {
-    const float whole_domain =
-        bins.bin_size *
-        static_cast<float>(Larger(bins.count_x, Larger(bins.count_y, bins.count_z)));
     search.reach = kFirstReach * largest_size;
     while (true) {
       const bool fits = CollectWithin(search, candidates);
       candidates.Load(metric.data);
       const float bound = BoundBlocks(search, candidates);
-      const float needed = kSquareRootOfThree * largest_size * (bound + kCullSlack);
-      const bool has_seen_all = search.reach > whole_domain;
-      if (needed <= search.reach || has_seen_all) {
+      const float needed = ReachOf(bound);
+      if (needed <= search.reach || HasSeenAll(search)) {
         if (fits) Cull(search, bound, candidates);
         return fits;
       }
@@ -128,15 +140,10 @@ struct LabelTileBody {
 
   // The sites of this side within reach of the tile; false if some had no place.
   AMHEX_HD bool CollectWithin(const Search& search, LabelCandidates& candidates) const {
-    const float squared_reach = search.reach * search.reach;
     bool fits = true;
     candidates.count = 0;
     VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
-      const SiteMetric& site = metric[slot];
-      const float dx = Larger(AbsoluteValue(site.x - search.centre.x) - search.half_width, 0.0f);
-      const float dy = Larger(AbsoluteValue(site.y - search.centre.y) - search.half_width, 0.0f);
-      const float dz = Larger(AbsoluteValue(site.z - search.centre.z) - search.half_width, 0.0f);
-      if (dx * dx + dy * dy + dz * dz > squared_reach || site.is_inside != search.is_inside) return;
+      if (!IsWithinReach(search, metric[slot])) return;
       if (candidates.count == kCandidateCapacity) {
         fits = false;
         return;
@@ -191,28 +198,33 @@ struct LabelTileBody {
     }
   }
 
-  // The same without candidates: every near site for every point.
+  // The same without candidates.
   AMHEX_HD void LabelBlockByScan(const Search& search, int block, uint32_t points,
                                  int32_t* block_labels) const {
     const LatticePoint base = BlockBase(search, block);
     for (int p = 0; p < kBlockPoints; ++p) {
       if (((points >> p) & 1u) == 0) continue;
       const LatticePoint q = PointInBlock(p);
-      const Vec3f position =
-          ToFloat(barrier.lattice.PositionOf({base.x + q.x, base.y + q.y, base.z + q.z}));
-      float nearest = search.limit;
-      int32_t owner = kNoOwner;
-      VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
-        if (metric[slot].is_inside != search.is_inside) return;
-        const float distance = ChebyshevDistance(metric[slot], position);
-        const int32_t id = bins.ids[slot];
-        if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
-          nearest = distance;
-          owner = id;
-        }
-      });
+      const int32_t owner = OwnerByScan(
+          search, ToFloat(barrier.lattice.PositionOf({base.x + q.x, base.y + q.y, base.z + q.z})));
       if (owner != kNoOwner) Assign(owner, 1u << p, base, block_labels);
     }
+  }
+
+  // The nearest of all sites near the tile.
+  AMHEX_HD int32_t OwnerByScan(const Search& search, const Vec3f& position) const {
+    float nearest = search.limit;
+    int32_t owner = kNoOwner;
+    VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
+      if (metric[slot].is_inside != search.is_inside) return;
+      const float distance = ChebyshevDistance(metric[slot], position);
+      const int32_t id = bins.ids[slot];
+      if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
+        nearest = distance;
+        owner = id;
+      }
+    });
+    return owner;
   }
 
   AMHEX_HD void Assign(int32_t site, uint32_t owned, const LatticePoint& base,

@@ -49,6 +49,16 @@ struct LabelCandidates {
     }
   }
 
+  AMHEX_HD SiteMetric At(int k) const {
+    SiteMetric site;
+    site.x = x[k];
+    site.y = y[k];
+    site.z = z[k];
+    for (int i = 0; i < 9; ++i) site.row[i] = row[i][k];
+    for (int i = 0; i < 3; ++i) site.reach[i] = reach[i][k];
+    return site;
+  }
+
   // Ascending ids, so that the first of equal distances has the smallest one.
   AMHEX_HD void SortById() {
     for (int k = 1; k < count; ++k) {
@@ -65,27 +75,6 @@ struct LabelCandidates {
   }
 };
 
-// Lower and upper bound of the distance of candidate `k` over the cube around `centre`: each
-// component grows by at most half_width * reach. Plain arithmetic: bounds need no exact bits.
-struct DistanceBounds {
-  float lower = 0;
-  float upper = 0;
-};
-
-AMHEX_HD inline DistanceBounds BoundsOverCube(const LabelCandidates& c, int k, const Vec3f& centre,
-                                              float half_width) {
-  const float dx = centre.x - c.x[k];
-  const float dy = centre.y - c.y[k];
-  const float dz = centre.z - c.z[k];
-  const float a = AbsoluteValue(c.row[0][k] * dx + c.row[1][k] * dy + c.row[2][k] * dz);
-  const float b = AbsoluteValue(c.row[3][k] * dx + c.row[4][k] * dy + c.row[5][k] * dz);
-  const float d = AbsoluteValue(c.row[6][k] * dx + c.row[7][k] * dy + c.row[8][k] * dz);
-  const float ra = half_width * c.reach[0][k];
-  const float rb = half_width * c.reach[1][k];
-  const float rd = half_width * c.reach[2][k];
-  return {Larger(Larger(a - ra, b - rb), d - rd), Larger(Larger(a + ra, b + rb), d + rd)};
-}
-
 // The smallest upper bound of all candidates over a cube: no point in it is farther from its owner.
 AMHEX_HD inline float SmallestUpperBound(const LabelCandidates& candidates, const Vec3f& centre,
                                          float half_width) {
@@ -93,7 +82,7 @@ AMHEX_HD inline float SmallestUpperBound(const LabelCandidates& candidates, cons
   for (int i = 0; i < kCandidateGroup; ++i) smallest[i] = kUnboundedReach;
   for (int k = 0; k < candidates.padded_count; k += kCandidateGroup) {
     for (int i = 0; i < kCandidateGroup; ++i) {
-      const float upper = BoundsOverCube(candidates, k + i, centre, half_width).upper;
+      const float upper = BoundsOverCube(candidates.At(k + i), centre, half_width).upper;
       smallest[i] = Smaller(smallest[i], upper);
     }
   }
@@ -109,7 +98,7 @@ AMHEX_HD inline int ChooseCandidates(const LabelCandidates& candidates, const Ve
   for (int k = 0; k < candidates.padded_count; k += kCandidateGroup) {
     float lower[kCandidateGroup];
     for (int i = 0; i < kCandidateGroup; ++i) {
-      lower[i] = BoundsOverCube(candidates, k + i, centre, half_width).lower;
+      lower[i] = BoundsOverCube(candidates.At(k + i), centre, half_width).lower;
     }
     for (int i = 0; i < kCandidateGroup; ++i) {
       chosen[count] = k + i;
@@ -138,18 +127,9 @@ AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t*
     bit[p] = 1u << p;
   }
   for (int i = 0; i < chosen_count; ++i) {
-    const int k = chosen[i];
-    const LabelCandidates& c = candidates;
-    const float sx = c.x[k], sy = c.y[k], sz = c.z[k];
-    const float r0 = c.row[0][k], r1 = c.row[1][k], r2 = c.row[2][k];
-    const float r3 = c.row[3][k], r4 = c.row[4][k], r5 = c.row[5][k];
-    const float r6 = c.row[6][k], r7 = c.row[7][k], r8 = c.row[8][k];
+    const SiteMetric site = candidates.At(chosen[i]);
     for (int p = 0; p < kBlockPoints; ++p) {
-      const float dx = x[p] - sx, dy = y[p] - sy, dz = z[p] - sz;
-      const float a = AbsoluteValue(FusedMultiplyAdd(r0, dx, FusedMultiplyAdd(r1, dy, r2 * dz)));
-      const float b = AbsoluteValue(FusedMultiplyAdd(r3, dx, FusedMultiplyAdd(r4, dy, r5 * dz)));
-      const float d = AbsoluteValue(FusedMultiplyAdd(r6, dx, FusedMultiplyAdd(r7, dy, r8 * dz)));
-      const float distance = Larger(Larger(a, b), d);
+      const float distance = ChebyshevDistance(site, {x[p], y[p], z[p]});
       const bool is_nearer = distance < nearest[p];
       nearest[p] = is_nearer ? distance : nearest[p];
       owner[p] = is_nearer ? i : owner[p];

@@ -11,6 +11,7 @@
 
 #include "exec/cuda_executor.cuh"
 #include "relax/cuda_interface.h"
+#include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
 namespace amhex {

@@ -14,7 +14,7 @@
 #include "graph/point_bins.h"
 #include "orientation/align_body.h"
 #include "orientation/propagate_body.h"
-#include "relax/label_body.h"
+#include "relax/label_tiles.h"
 #include "relax/link_body.h"
 #include "relax/regularity_weight.h"
 #include "relax/regularize_body.h"
@@ -226,7 +226,7 @@ class Relaxation {
     body.largest_size = largest_size_;
     body.wants_second_moments = wants_second_moments;
     body.moments = moments_.View();
-    executor_.ForEach("label lattice points", static_cast<int64_t>(task_.items.size()), body);
+    LabelTiles(executor_, body, static_cast<int64_t>(task_.items.size()));
   }
 
   void Iterate(int32_t iteration) {

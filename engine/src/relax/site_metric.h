@@ -44,6 +44,28 @@ AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& p) 
   return Larger(Larger(d.a, d.b), d.c);
 }
 
+// Lower and upper bound of a site's distance over the cube around `centre`: each component grows
+// by at most half_width * reach. Plain arithmetic: bounds need no exact bits.
+struct DistanceBounds {
+  float lower = 0;
+  float upper = 0;
+};
+
+AMHEX_HD inline DistanceBounds BoundsOverCube(const SiteMetric& site, const Vec3f& centre,
+                                              float half_width) {
+  const float x = centre.x - site.x;
+  const float y = centre.y - site.y;
+  const float z = centre.z - site.z;
+  const float* r = site.row;
+  const float a = AbsoluteValue(r[0] * x + r[1] * y + r[2] * z);
+  const float b = AbsoluteValue(r[3] * x + r[4] * y + r[5] * z);
+  const float c = AbsoluteValue(r[6] * x + r[7] * y + r[8] * z);
+  const float ra = half_width * site.reach[0];
+  const float rb = half_width * site.reach[1];
+  const float rc = half_width * site.reach[2];
+  return {Larger(Larger(a - ra, b - rb), c - rc), Larger(Larger(a + ra, b + rb), c + rc)};
+}
+
 // Computes the metric of every site, stored in the order of the bins (graph/bin_grid.h), so that
 // neighbours in space are neighbours in memory.
 struct SiteMetricBody {
