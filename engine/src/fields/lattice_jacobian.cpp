@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fields/quartic_form.h"
+
 namespace amhex::fields {
 namespace {
 
@@ -12,8 +14,6 @@ constexpr double kMinDensityShare = 0.15;
 // Bounds of a cell's extents, edge lengths.
 constexpr double kMinStep = 0.5;
 constexpr double kMaxStep = 2.0;
-// Newton's iteration for the polar rotation squares the error: from 45 degrees to rounding.
-constexpr int kPolarIterations = 8;
 
 Vec3d ToVec3d(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -49,15 +49,10 @@ Eigen::Matrix3d JacobianAt(const BackgroundGrid& grid, const ForwardCodes& codes
 }
 
 // Rotation nearest to the directions of the steps; `fallback` when they are nearly dependent.
-Quaternion NearestFrame(const Eigen::Matrix3d& steps, const Quaternion& fallback) {
-  Eigen::Matrix3d rotation = steps.colwise().normalized();
-  if (!(rotation.determinant() > 1e-3)) return fallback;
-  for (int k = 0; k < kPolarIterations; ++k) {
-    rotation = 0.5 * (rotation + rotation.inverse().transpose()).eval();
-  }
+Quaternion FrameOfSteps(const std::array<Vec3d, 3>& steps, const Quaternion& fallback) {
   AxisFrame frame;
-  for (int a = 0; a < 3; ++a) frame.axis[a] = ToVec3d(rotation.col(a));
-  return FromFrame(frame);
+  for (int a = 0; a < 3; ++a) frame.axis[a] = Normalized(steps[a]);
+  return NearestRotationMatrix(&frame) ? FromFrame(frame) : fallback;
 }
 
 }  // namespace
@@ -80,15 +75,12 @@ void RecoverFrames(const BackgroundGrid& grid, const ForwardCodes& codes, double
   });
   const double scale = std::cbrt(density * static_cast<double>(count) / cells);
   ForEach(run, count, [&](int64_t i) {
-    Eigen::Matrix3d steps;
+    form->frames[i] = FrameOfSteps(form->steps[i], form->frames[i]);
     for (int a = 0; a < 3; ++a) {
-      const Vec3d& step = form->steps[i][a];
-      steps.col(a) = Eigen::Vector3d(step.x, step.y, step.z);
-      form->sizes[i][a] = std::clamp(Norm(step), kMinStep, kMaxStep) / scale;
+      form->sizes[i][a] = std::clamp(Norm(form->steps[i][a]), kMinStep, kMaxStep) / scale;
       form->steps[i][a] /= scale;
       form->increments[i][a] *= static_cast<float>(scale);
     }
-    form->frames[i] = NearestFrame(steps, form->frames[i]);
   });
 }
 

@@ -2,31 +2,30 @@
 
 #include <cmath>
 
+#include "fields/quartic_form.h"
+
 namespace amhex::fields {
 namespace {
 
 // The normals' pull is not linear in the frame: repeated so often per visit.
 constexpr int kPullRounds = 3;
+// Ascent towards the neighbours' mean per visit; sweeps do the rest.
+constexpr int kAscentRounds = 2;
 
 float WeightOf(const GridLevel& level, int64_t node, int k) {
   if (!level.weights.empty()) return level.weights[node][k];
   return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
 }
 
-// Running mean of the neighbours' frames, each renamed to lie nearest to the sum so far.
-Quaternion SmoothedFrame(const GridLevel& level, const std::vector<Quaternion>& frames,
-                         int64_t node) {
-  Quaternion sum = frames[node];
-  bool is_empty = true;
+// The frame nearest to the neighbours' together.
+Quaternion SmoothedFrame(const GridLevel& level, const std::vector<QuarticForm>& forms,
+                         const Quaternion& start, int64_t node) {
+  QuarticForm sum;
   for (int k = 0; k < kNeighbourCount; ++k) {
     const int32_t j = level.neighbours[node][k];
-    if (j < 0) continue;
-    const double weight = WeightOf(level, node, k);
-    const Quaternion matched = Matched(sum, frames[j]);
-    sum = is_empty ? Scaled(matched, weight) : AddAligned(sum, matched, weight);
-    is_empty = false;
+    if (j >= 0) sum.Add(forms[j], WeightOf(level, node, k));
   }
-  return Normalized(sum);
+  return NearestFrame(sum, start, kAscentRounds);
 }
 
 Quaternion PulledToNormals(const Quaternion& smoothed, const HullConstraints& constraints,
@@ -46,16 +45,19 @@ Quaternion PulledToNormals(const Quaternion& smoothed, const HullConstraints& co
 
 absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& settings,
                          const RunContext& run, std::vector<Quaternion>* frames) {
+  std::vector<QuarticForm> forms(level.count());
+  ForEach(run, level.count(), [&](int64_t i) { forms[i] = FormOfFrame((*frames)[i]); });
   for (int sweep = 0; sweep < settings.sweeps_per_level; ++sweep) {
     for (int step = 0; step < 8; ++step) {
       const std::vector<int32_t>& colour = level.colours[(sweep & 1) != 0 ? 7 - step : step];
       ForEach(run, static_cast<int64_t>(colour.size()), [&](int64_t c) {
         const int32_t node = colour[c];
-        Quaternion frame = SmoothedFrame(level, *frames, node);
+        Quaternion frame = SmoothedFrame(level, forms, (*frames)[node], node);
         if (const HullConstraints* constraints = level.ConstraintsOf(node)) {
           frame = PulledToNormals(frame, *constraints, settings);
         }
         (*frames)[node] = frame;
+        forms[node] = FormOfFrame(frame);
       });
       if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
     }

@@ -1,5 +1,5 @@
 // A frame at every node of the background grid: one axis along the hull's normal next to the hull,
-// as smooth as possible elsewhere (extrinsic smoothing of Jakob et al. 2015, in three dimensions).
+// as smooth as possible elsewhere.
 #pragma once
 
 #include <cstdint>
