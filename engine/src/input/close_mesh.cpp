@@ -19,6 +19,9 @@ namespace {
 constexpr double kRoundingDistance = 1e-7;
 // Up to this share of the area may be misbounded: small folds that every stage survives.
 constexpr double kTolerableMisboundedRatio = 0.005;
+// If more than this share of the area belongs to pieces that enclose nothing by themselves, the
+// surface is in shreds.
+constexpr double kShreddedAreaRatio = 0.01;
 
 void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
   if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
@@ -26,11 +29,13 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
 
 // Joins vertices only as far as that is needed for a closed surface.
 EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings) {
+  Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
   CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh);
   EdgeAdjacency adjacency = FindEdgeAdjacency(mesh);
   for (const double tolerance : {0.0, kRoundingDistance}) {
     if (adjacency.IsClosedManifold()) break;
     const CleanCounts more = MergeVertices(tolerance, mesh);
+    DropUnusedVertices(mesh);
     counts.merged_vertices += more.merged_vertices;
     counts.empty_triangles += more.empty_triangles;
     counts.repeated_triangles += more.repeated_triangles;
@@ -39,7 +44,19 @@ EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& war
   Note(counts.merged_vertices, "vertices at the same place, joined", warnings);
   Note(counts.empty_triangles, "triangles without area, left out", warnings);
   Note(counts.repeated_triangles, "triangles given more than once, used once", warnings);
+  if (adjacency.non_manifold_edge_count > 0) {
+    const int64_t dropped = DropLooseSheets(adjacency, mesh);
+    Note(dropped, "loose sheets on the surface, left out", warnings);
+    if (dropped > 0) adjacency = FindEdgeAdjacency(mesh);
+  }
   return adjacency;
+}
+
+// Returns the number of openings.
+absl::StatusOr<size_t> CapAll(RunContext& run, TriangleMesh& mesh) {
+  const auto loops = FindOpenings(FindEdgeAdjacency(mesh), mesh);
+  AMHEX_RETURN_IF_ERROR(CapOpenings(loops, run, mesh));
+  return loops.size();
 }
 
 // Caps, orients and checks; false if the surface cannot be kept as it is.
@@ -60,20 +77,25 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
     return false;
   }
   Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
+  adjacency = FindEdgeAdjacency(mesh);  // turned triangles have their edges in another order
   SplitFans(adjacency, mesh);
-  Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
+  size_t openings = 0;
   if (adjacency.open_edge_count > 0) {
-    const auto loops = FindOpenings(FindEdgeAdjacency(mesh), mesh);
-    AMHEX_RETURN_IF_ERROR(CapOpenings(loops, run, mesh));
-    warnings.push_back(absl::StrCat("the input has ", loops.size(),
-                                    loops.size() == 1 ? " opening" : " openings",
-                                    ", closed by the engine"));
+    AMHEX_ASSIGN_OR_RETURN(openings, CapAll(run, mesh));
     adjacency = FindEdgeAdjacency(mesh);
     if (!adjacency.IsClosedManifold()) return false;
     // Patches come last and touch one component each: the old ones keep their numbers.
     components = FindComponents(adjacency);
   }
   const ComponentDecision decision = OrientComponents(orientation, mesh, components);
+  if (decision.components_cut || decision.dropped_flat_area_ratio > kShreddedAreaRatio) {
+    return false;
+  }
+  if (openings > 0) {
+    warnings.push_back(absl::StrCat("the input has ", openings,
+                                    openings == 1 ? " opening" : " openings",
+                                    ", closed by the engine"));
+  }
   Note(decision.turned_components, "components turned to look outward", warnings);
   Note(decision.dropped_components, "components that bound no volume, left out", warnings);
   DropUnusedVertices(mesh);

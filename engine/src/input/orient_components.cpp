@@ -13,6 +13,8 @@ namespace {
 
 // Of the total volume; less is a film, not a part.
 constexpr double kSmallestVolumeRatio = 1e-9;
+// Places per component at which its surroundings are looked at.
+constexpr size_t kProbesPerComponent = 16;
 // How far from a component's surface its surroundings are looked at, in square roots of its
 // largest triangle's area.
 constexpr double kProbeRatio = 1e-4;
@@ -46,30 +48,53 @@ int64_t KeepComponents(const std::vector<uint8_t>& keep, TriangleMesh& mesh,
   return static_cast<int64_t>(keep.size()) - kept_components;
 }
 
-// A point just outside each component (all components looking outward), off its largest triangle.
-std::vector<Vec3d> OutsideProbes(const TriangleMesh& mesh, const Components& components) {
-  std::vector<Vec3d> probes(static_cast<size_t>(components.count));
-  std::vector<double> largest(probes.size(), -1);
+double AreaOf(const TriangleMesh& mesh, size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  return Norm(DoubleAreaVector(mesh.vertices[static_cast<size_t>(t[0])],
+                               mesh.vertices[static_cast<size_t>(t[1])],
+                               mesh.vertices[static_cast<size_t>(t[2])])) /
+         2;
+}
+
+// Points just outside each component (all components looking outward), off triangles evenly spread
+// over its list; collapsed triangles have none.
+std::vector<std::vector<Vec3d>> OutsideProbes(const TriangleMesh& mesh,
+                                              const Components& components) {
+  std::vector<std::vector<size_t>> members(static_cast<size_t>(components.count));
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& corners = mesh.triangles[t];
-    const Vec3d& a = mesh.vertices[static_cast<size_t>(corners[0])];
-    const Vec3d& b = mesh.vertices[static_cast<size_t>(corners[1])];
-    const Vec3d& c = mesh.vertices[static_cast<size_t>(corners[2])];
-    const Vec3d area_vector = DoubleAreaVector(a, b, c);
-    const double area = Norm(area_vector);
-    const auto component = static_cast<size_t>(components.of_triangle[t]);
-    if (area <= largest[component]) continue;
-    largest[component] = area;
-    probes[component] =
-        (a + b + c) / 3.0 + Normalized(area_vector) * (kProbeRatio * std::sqrt(area));
+    members[static_cast<size_t>(components.of_triangle[t])].push_back(t);
+  }
+  std::vector<std::vector<Vec3d>> probes(members.size());
+  for (size_t c = 0; c < members.size(); ++c) {
+    const size_t step = std::max<size_t>(1, members[c].size() / kProbesPerComponent);
+    for (size_t i = 0; i < members[c].size(); i += step) {
+      const auto& corners = mesh.triangles[members[c][i]];
+      const Vec3d& p = mesh.vertices[static_cast<size_t>(corners[0])];
+      const Vec3d& q = mesh.vertices[static_cast<size_t>(corners[1])];
+      const Vec3d& r = mesh.vertices[static_cast<size_t>(corners[2])];
+      if (IsDegenerate(p, q, r)) continue;
+      const Vec3d area_vector = DoubleAreaVector(p, q, r);
+      probes[c].push_back((p + q + r) / 3.0 +
+                          Normalized(area_vector) * (kProbeRatio * std::sqrt(Norm(area_vector))));
+    }
   }
   return probes;
 }
 
-std::vector<int64_t> WindingAt(const std::vector<Vec3d>& probes, const TriangleMesh& mesh) {
+// The winding number around each component; `differs` is set if it is not the same all around one.
+std::vector<int64_t> WindingAt(const std::vector<std::vector<Vec3d>>& probes,
+                               const TriangleMesh& mesh, bool& differs) {
   const HullQueries queries(mesh.vertices, mesh.triangles);
   std::vector<int64_t> windings;
-  for (const Vec3d& probe : probes) windings.push_back(std::llround(queries.WindingNumber(probe)));
+  for (const std::vector<Vec3d>& around : probes) {
+    int64_t winding = 0;
+    for (size_t i = 0; i < around.size(); ++i) {
+      const int64_t here = std::llround(queries.WindingNumber(around[i]));
+      if (i == 0) winding = here;
+      differs = differs || here != winding;
+    }
+    windings.push_back(winding);
+  }
   return windings;
 }
 
@@ -86,6 +111,13 @@ ComponentDecision OrientComponents(const OrientationResult& orientation, Triangl
   for (size_t c = 0; c < keep.size(); ++c) {
     keep[c] = std::abs(volumes[c]) > kSmallestVolumeRatio * total;
   }
+  double area = 0, flat_area = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const bool is_flat = keep[static_cast<size_t>(components.of_triangle[t])] == 0;
+    area += AreaOf(mesh, t);
+    flat_area += is_flat ? AreaOf(mesh, t) : 0;
+  }
+  decision.dropped_flat_area_ratio = area > 0 ? flat_area / area : 0;
   decision.dropped_components += KeepComponents(keep, mesh, components);
   const auto compress = [&](auto& values) {
     size_t kept = 0;
@@ -105,8 +137,8 @@ ComponentDecision OrientComponents(const OrientationResult& orientation, Triangl
     decision.turned_components = count == 1 && looked_inward[0] != 0 ? 1 : 0;
     return decision;
   }
-  const std::vector<Vec3d> probes = OutsideProbes(mesh, components);
-  const std::vector<int64_t> depth = WindingAt(probes, mesh);
+  const std::vector<std::vector<Vec3d>> probes = OutsideProbes(mesh, components);
+  const std::vector<int64_t> depth = WindingAt(probes, mesh, decision.components_cut);
 
   double outermost_balance = 0;
   for (size_t c = 0; c < count; ++c) {
@@ -121,12 +153,13 @@ ComponentDecision OrientComponents(const OrientationResult& orientation, Triangl
   }
   TurnComponents(faces_inward, components, mesh);
   // A component bounds the solid if exactly one of its sides is solid.
-  const std::vector<int64_t> outside = WindingAt(probes, mesh);
+  const std::vector<int64_t> outside = WindingAt(probes, mesh, decision.components_cut);
+  if (decision.components_cut) return decision;
+  keep.resize(count);
   for (size_t c = 0; c < count; ++c) {
     const int64_t inside = outside[c] + (faces_inward[c] != 0 ? -1 : 1);
     const bool bounds = (outside[c] >= 1) != (inside >= 1);
     if (faces_inward[c] != looked_inward[c]) ++decision.turned_components;
-    keep.resize(count);
     keep[c] = bounds;
   }
   decision.dropped_components += KeepComponents(keep, mesh, components);

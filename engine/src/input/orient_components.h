@@ -9,12 +9,15 @@
 namespace amhex {
 
 struct ComponentDecision {
-  int64_t turned_components = 0;   // looked the wrong way
-  int64_t dropped_components = 0;  // bound nothing: flat, or solid on both sides
+  int64_t turned_components = 0;       // looked the wrong way
+  int64_t dropped_components = 0;      // bound nothing: flat, or solid on both sides
+  double dropped_flat_area_ratio = 0;  // of the whole area, [0, 1]
+  bool components_cut = false;         // some component lies partly inside another one
 };
 
 // Turns and drops components of a closed, consistently oriented surface so that its winding number
-// is 1 in the solid and 0 outside, as long as components do not cut each other:
+// is 1 in the solid and 0 outside, as long as components do not cut each other (else
+// `components_cut` is set and none is dropped for its surroundings):
 //   an outermost component looks outward;
 //   a component inside it bounds a cavity if it looked inward while the outermost ones looked
 //   outward (or the reverse), and is part of the solid, hence dropped, if it looked the same way;

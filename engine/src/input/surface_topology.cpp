@@ -199,6 +199,25 @@ int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh) {
   return added;
 }
 
+int64_t DropLooseSheets(const EdgeAdjacency& adjacency, TriangleMesh& mesh) {
+  const Components sheets = FindComponents(adjacency);
+  std::vector<uint8_t> is_loose(static_cast<size_t>(sheets.count), 0);
+  for (size_t e = 0; e < adjacency.opposite.size(); ++e) {
+    if (adjacency.opposite[e] == kOpenEdge) {
+      is_loose[static_cast<size_t>(sheets.of_triangle[e / 3])] = 1;
+    }
+  }
+  TriangleMesh rest{mesh.vertices, {}};
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (is_loose[static_cast<size_t>(sheets.of_triangle[t])] == 0) {
+      rest.triangles.push_back(mesh.triangles[t]);
+    }
+  }
+  if (rest.triangles.empty() || !FindEdgeAdjacency(rest).IsClosedManifold()) return 0;
+  mesh = std::move(rest);
+  return std::accumulate(is_loose.begin(), is_loose.end(), int64_t{0});
+}
+
 std::vector<std::vector<int32_t>> FindOpenings(const EdgeAdjacency& adjacency,
                                                const TriangleMesh& mesh) {
   // A filling patch runs against the surface along the boundary: from each half-edge's end to

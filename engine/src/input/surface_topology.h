@@ -48,6 +48,11 @@ OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
 // in a point come apart there. Returns the number of vertices added.
 int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh);
 
+// Where more than two triangles share an edge: drops the sheets (pieces cut out along such edges)
+// that end in the open, if what stays then is closed. Returns the number of sheets dropped; 0, with
+// `mesh` unchanged, if that does not help.
+int64_t DropLooseSheets(const EdgeAdjacency& adjacency, TriangleMesh& mesh);
+
 // Boundary loops of a consistently oriented surface whose vertices have one fan each: vertex ids
 // in the direction of a patch that fills the loop.
 std::vector<std::vector<int32_t>> FindOpenings(const EdgeAdjacency& adjacency,

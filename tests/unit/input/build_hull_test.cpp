@@ -239,6 +239,52 @@ TEST(BuildHull, SolidsThatShareAnEdgeAreClosedApartOrTogether) {
   EXPECT_NEAR(hull->volume * std::pow(hull->frame.scale, 3), 2, 0.1);
 }
 
+TEST(BuildHull, FinsOnASolidAreLeftOut) {
+  TriangleMesh mesh = fixtures::MakeBox({2, 2, 2}, 0.5);
+  const size_t triangle_count = mesh.triangles.size();
+  for (size_t t = 0; t < 40; t += 8) {
+    const auto tip = static_cast<int32_t>(mesh.vertices.size());
+    const auto corners = mesh.triangles[t];
+    mesh.vertices.push_back(mesh.vertices[static_cast<size_t>(corners[0])] * 1.3);
+    mesh.triangles.push_back({corners[0], corners[1], tip});
+  }
+  const auto hull = Build(mesh);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->triangles.size(), triangle_count);
+  EXPECT_TRUE(HasWarning(*hull, "loose sheets"));
+}
+
+TEST(BuildHull, ASurfaceInShredsIsRebuilt) {
+  const TriangleMesh mesh = fixtures::MakeBracket(1, 0.2);
+  TriangleMesh shreds;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto first = static_cast<int32_t>(shreds.vertices.size());
+    const double shift = 0.002 * (static_cast<double>(i % 7) - 3);
+    for (const int32_t v : mesh.triangles[i]) {
+      shreds.vertices.push_back(mesh.vertices[static_cast<size_t>(v)] + Vec3d{shift, -shift, 0});
+    }
+    shreds.triangles.push_back({first, first + 1, first + 2});
+  }
+  const auto hull = Build(shreds);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_TRUE(testing_support::IsClosedAndOriented(SurfaceOf(*hull)));
+  EXPECT_EQ(hull->genus, 1);
+  EXPECT_NEAR(hull->volume * std::pow(hull->frame.scale, 3), testing_support::EnclosedVolume(mesh),
+              0.1);
+}
+
+TEST(BuildHull, CoarseRoundsHaveNoSharpFacets) {
+  // 8 facets of 45 degrees around; only the rims are sharp.
+  const auto hull = Build(fixtures::MakeCylinder(1, 4, 1.0), WithCells(300));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  ASSERT_FALSE(hull->sharp_edges.empty());
+  for (const SharpEdge& edge : hull->sharp_edges) {
+    const Vec3d a = hull->vertices[static_cast<size_t>(edge.vertex_a)];
+    const Vec3d b = hull->vertices[static_cast<size_t>(edge.vertex_b)];
+    EXPECT_NEAR(a.z, b.z, 1e-9);
+  }
+}
+
 TEST(BuildHull, BadCoordinatesAreNamedWithIndexAndCount) {
   TriangleMesh mesh = fixtures::MakeBox({1, 1, 1}, 0.5);
   mesh.vertices[5].y = std::numeric_limits<double>::quiet_NaN();
