@@ -11,6 +11,10 @@ namespace {
 // that cells of that size resolve has such a cavity.
 constexpr double kFlatPocketThickness = 0.05;
 
+// Two boundary faces on three common vertices leave a slit between them if they enclose less than
+// some 37 degrees (cosine of their outward normals); more is a notch that the solid may have.
+constexpr double kSlitCosine = -0.8;
+
 // One corner of a boundary face: the face's two edges at a vertex.
 struct FaceCorner {
   int32_t face = 0;
@@ -121,8 +125,10 @@ int SharedVertices(const OutwardFace& a, const OutwardFace& b) {
 
 bool FaceEachOther(const OutwardFace& a, const OutwardFace& b, const std::vector<Vec3d>& vertices) {
   const Vec3d across = FaceCentre(b, vertices) - FaceCentre(a, vertices);
-  const Vec3d normal_a = AreaVector(a, vertices), normal_b = AreaVector(b, vertices);
-  return Dot(normal_a, normal_b) < 0 && Dot(across, normal_a) >= 0 && Dot(across, normal_b) <= 0;
+  const Vec3d normal_a = Normalized(AreaVector(a, vertices));
+  const Vec3d normal_b = Normalized(AreaVector(b, vertices));
+  return Dot(normal_a, normal_b) < kSlitCosine && Dot(across, normal_a) >= 0 &&
+         Dot(across, normal_b) <= 0;
 }
 
 // Counts pairs at the vertex that comes second in the shared path, so each pair once per vertex

@@ -19,7 +19,7 @@ struct BoundaryTopology {
   int64_t genus = 0;  // summed over components; meaningful where all is manifold
   // Closed components that enclose next to nothing: slits left between cells.
   int64_t flat_pocket_count = 0;
-  // Pairs of boundary faces that face each other across a void and share three or more vertices:
+  // Pairs of boundary faces that face each other across a slit and share three or more vertices:
   // a quad against triangles, or two quads on three common vertices.
   int64_t hanging_face_count = 0;
 
