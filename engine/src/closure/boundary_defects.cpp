@@ -33,9 +33,15 @@ int SharedVertices(const CellFace& a, const CellFace& b) {
   return shared;
 }
 
+// Area vector: of a quad, of its mean plane.
+Vec3d AreaVector(const CellFace& face, const std::vector<Vec3d>& x) {
+  if (face.count == 3) return Cross(x[face.v[1]] - x[face.v[0]], x[face.v[2]] - x[face.v[0]]);
+  return Cross(x[face.v[2]] - x[face.v[0]], x[face.v[3]] - x[face.v[1]]);
+}
+
 bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d>& x) {
   const Vec3d across = FaceCentroid(b, x) - FaceCentroid(a, x);
-  const Vec3d na = FaceUnitNormal(a, x), nb = FaceUnitNormal(b, x);
+  const Vec3d na = AreaVector(a, x), nb = AreaVector(b, x);
   return Dot(na, nb) < 0 && Dot(across, na) >= 0 && Dot(across, nb) <= 0;
 }
 
