@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The real programs together: the client with a private server and worker, from a file to a mesh.
 #
-#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands; default all
+#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands restarts; default all
 #
 # Every test prints one line; the exit status is 0 only if all passed.
 set -uo pipefail
@@ -11,7 +11,7 @@ amhex=$(readlink -f "$1")
 amhexd=$(readlink -f "$2")
 shift 2
 groups=("$@")
-if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands); fi
+if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands restarts); fi
 
 folder=$(mktemp -d)
 server_pid=
@@ -86,6 +86,21 @@ refuses() {
   fi
 }
 
+start_server() {  # ADDRESS DATA_FOLDER; leaves its id in $server_pid
+  "$amhexd" --listen "$1" --data-dir "$folder/$2" --metrics-listen "" >>server.log 2>&1 &
+  server_pid=$!
+  for _ in $(seq 100); do
+    if "$amhex" info --server "$1" --patience 0.1 >/dev/null 2>&1; then return; fi
+    sleep 0.1
+  done
+}
+
+stop_server() {
+  kill "$server_pid"
+  wait "$server_pid" 2>/dev/null
+  server_pid=
+}
+
 test_inputs() {
   local format
   "$amhex" demo --shape cube --surface --resolution 12 -o cube.ply >/dev/null
@@ -146,12 +161,7 @@ test_errors() {
 test_commands() {
   local address="unix:$folder/socket" job
   "$amhex" demo --shape cube --surface --resolution 12 -o cube.ply >/dev/null
-  "$amhexd" --listen "$address" --data-dir "$folder/data" --metrics-listen "" >server.log 2>&1 &
-  server_pid=$!
-  for _ in $(seq 100); do
-    if "$amhex" info --server "$address" --patience 0.1 >/dev/null 2>&1; then break; fi
-    sleep 0.1
-  done
+  start_server "$address" data
   run info --server "$address"
   check "info names the backends" grep -q "backend cpu" stdout
   run submit cube.ply --cells 200 --server "$address" \
@@ -197,6 +207,46 @@ test_commands() {
     run list --server "$address" -n 1
   done
   check "the server has cancelled it" grep -q cancelled stdout
+  stop_server
+}
+
+test_restarts() {
+  local address="unix:$folder/restart_socket" client
+  "$amhex" demo --points 20000 -o bracket.drc >/dev/null
+  start_server "$address" restart_data
+  "$amhex" mesh bracket.drc --cells 2500 --server "$address" -o out.vtu >stdout 2>stderr &
+  client=$!
+  for _ in $(seq 200); do
+    if grep -q "decode input" stderr; then break; fi
+    sleep 0.05
+  done
+  kill -KILL "$server_pid"
+  wait "$server_pid" 2>/dev/null
+  start_server "$address" restart_data
+  wait "$client"
+  status=$?
+  check "a job outlives the server's sudden end" test "$status" -eq 0
+  check "the client says that it lost the connection" grep -q "trying again" stderr
+  check "and that it is back" grep -q "connected again" stderr
+  check "the mesh is written" test -s out.vtu
+
+  "$amhex" mesh bracket.drc --cells 2500 -o killed.vtu >stdout 2>stderr &
+  client=$!
+  for _ in $(seq 200); do
+    if grep -q "decode input" stderr; then break; fi
+    sleep 0.05
+  done
+  local private_server
+  private_server=$(tr -d " " <"/proc/$client/task/$client/children")
+  kill -KILL "$client"
+  wait "$client" 2>/dev/null
+  for _ in $(seq 200); do
+    if ! kill -0 "$private_server" 2>/dev/null; then break; fi
+    sleep 0.05
+  done
+  check "a private server ends with its client" \
+    test -n "$private_server" -a ! -e "/proc/$private_server/exe"
+  stop_server
 }
 
 for group in "${groups[@]}"; do "test_$group"; done

@@ -58,9 +58,7 @@ int RunWatch(const JobFlags& flags) {
   ProgressDisplay display(ProgressDisplay::StyleOfStderr());
   WatchOptions options;
   options.on_frame = [&display](const v1::WatchJobResponse& frame) { display.OnFrame(frame); };
-  options.on_reconnect = [&display](const absl::Status& status) {
-    display.Say(absl::StrCat("connecting again: ", std::string(status.message())));
-  };
+  options.on_reconnect = [&display](const absl::Status& status) { display.OnReconnect(status); };
   const absl::StatusOr<v1::Job> job = connection->client->Watch(flags.name, options);
   display.Clear();
   if (!job.ok()) return Fail(job.status());

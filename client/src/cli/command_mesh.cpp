@@ -77,9 +77,7 @@ class MeshRun {
     if (connection->local_server == nullptr) display_.Say(submitted->name());
     WatchOptions watch;
     watch.on_frame = [this](const v1::WatchJobResponse& frame) { display_.OnFrame(frame); };
-    watch.on_reconnect = [this](const absl::Status& status) {
-      display_.Say(absl::StrCat("connecting again: ", std::string(status.message())));
-    };
+    watch.on_reconnect = [this](const absl::Status& status) { display_.OnReconnect(status); };
     const absl::StatusOr<v1::Job> watched = connection->client->Watch(submitted->name(), watch);
     if (interrupt_.requested()) {
       display_.Clear();

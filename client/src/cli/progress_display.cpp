@@ -110,9 +110,18 @@ void ProgressDisplay::OnTransfer(const char* what, int64_t done, int64_t total) 
 
 void ProgressDisplay::OnFrame(const v1::WatchJobResponse& frame) {
   if (style_ == Style::kSilent) return;
+  if (connection_lost_) Say("connected again");
+  connection_lost_ = false;
   if (frame.has_job()) OnJob(frame.job());
   if (frame.has_progress()) OnProgress(frame.progress());
   if (frame.has_stage()) OnStage(frame.stage());
+}
+
+void ProgressDisplay::OnReconnect(const absl::Status& status) {
+  if (!connection_lost_) {
+    Say(absl::StrCat("the connection broke, trying again: ", std::string(status.message())));
+  }
+  connection_lost_ = true;
 }
 
 void ProgressDisplay::OnJob(const v1::Job& job) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "amhex/v1/job.pb.h"
@@ -22,6 +23,8 @@ class ProgressDisplay {
   ~ProgressDisplay() { Clear(); }
 
   void OnFrame(const amhex::v1::WatchJobResponse& frame);
+  // Said once per outage, however often it is tried.
+  void OnReconnect(const absl::Status& status);
   void OnTransfer(const char* what, int64_t done, int64_t total);
   // A line that stays.
   void Say(const std::string& line);
@@ -41,6 +44,7 @@ class ProgressDisplay {
   amhex::v1::Job::State state_ = amhex::v1::Job::STATE_UNSPECIFIED;
   int32_t attempt_ = 0;
   int stages_shown_ = 0;  // of this attempt
+  bool connection_lost_ = false;
   bool live_line_shown_ = false;
 };
 
