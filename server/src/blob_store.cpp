@@ -49,6 +49,16 @@ std::vector<fs::path> FilesBelow(const std::string& folder) {
   return files;
 }
 
+int64_t BytesBelow(const std::string& folder) {
+  int64_t total = 0;
+  std::error_code error;
+  for (const fs::path& file : FilesBelow(folder)) {
+    const auto size = fs::file_size(file, error);
+    if (!error) total += static_cast<int64_t>(size);
+  }
+  return total;
+}
+
 absl::Status NotFound(const std::string& sha256) {
   return MakeError(absl::StatusCode::kNotFound, amhex::v1::BLOB_NOT_FOUND,
                    "no blob " + sha256 + " is stored");
@@ -109,6 +119,7 @@ absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
   partial_->hash.Update(data, size);
   partial_->committed_size += more;
   committed_size_ = partial_->committed_size;
+  store_->uploading_bytes_ += more;
   return absl::OkStatus();
 }
 
@@ -129,7 +140,7 @@ absl::Status BlobUpload::Finish() {
     digest = partial_->hash.HexDigest();
   }
   if (digest != name) {
-    store_->Drop(name);
+    store_->Drop(name, partial_->committed_size);
     return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::DIGEST_MISMATCH,
                      "the bytes have the SHA-256 " + digest + ", not " + name);
   }
@@ -137,7 +148,7 @@ absl::Status BlobUpload::Finish() {
   if (status.ok()) {
     status = store_->Publish(store_->UploadPath(name), name, partial_->blob.size_bytes());
   }
-  store_->Drop(name);
+  store_->Drop(name, partial_->committed_size);
   complete_ = status.ok();
   return status;
 }
@@ -154,10 +165,8 @@ absl::StatusOr<std::unique_ptr<BlobStore>> BlobStore::Open(const std::string& ro
   for (const char* folder : {"/blobs", "/uploads", "/work"}) {
     if (auto status = MakeFolders(root + folder); !status.ok()) return status;
   }
-  for (const fs::path& file : FilesBelow(root + "/blobs")) {
-    const auto size = fs::file_size(file, error);
-    if (!error) store->total_bytes_ += static_cast<int64_t>(size);
-  }
+  store->total_bytes_ = BytesBelow(root + "/blobs");
+  store->uploading_bytes_ = BytesBelow(root + "/uploads");
   return store;
 }
 
@@ -190,9 +199,12 @@ int64_t BlobStore::total_bytes() const {
   return total_bytes_;
 }
 
+int64_t BlobStore::uploading_bytes() const { return uploading_bytes_; }
+
 absl::Status BlobStore::CheckRoom(int64_t more_bytes) const {
   if (limits_.max_blob_store_bytes <= 0) return absl::OkStatus();
-  if (total_bytes() + more_bytes <= limits_.max_blob_store_bytes) return absl::OkStatus();
+  const int64_t stored = total_bytes() + uploading_bytes();
+  if (stored + more_bytes <= limits_.max_blob_store_bytes) return absl::OkStatus();
   return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
                    "the blob store is at its limit of " +
                        std::to_string(limits_.max_blob_store_bytes) + " bytes");
@@ -262,6 +274,7 @@ absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartia
   partial->fd = std::move(*fd);
   if (*size > blob.size_bytes()) {
     if (ftruncate(partial->fd.get(), 0) != 0) return FileError("cannot restart an upload", errno);
+    uploading_bytes_ -= *size;
     *size = 0;
   }
   if (auto status = HashPrefix(partial->fd.get(), *size, &partial->hash); !status.ok()) {
@@ -313,8 +326,9 @@ absl::Status BlobStore::Publish(const std::string& from, const std::string& sha2
   return absl::OkStatus();
 }
 
-void BlobStore::Drop(const std::string& sha256) {
+void BlobStore::Drop(const std::string& sha256, int64_t committed_size) {
   unlink(UploadPath(sha256).c_str());
+  uploading_bytes_ -= committed_size;
   std::lock_guard<std::mutex> lock(mutex_);
   partials_.erase(sha256);
 }
@@ -329,7 +343,9 @@ int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
     if (!error && fs::remove(file, error)) freed += static_cast<int64_t>(size);
   }
   for (const fs::path& file : FilesBelow(root_ + "/uploads")) {
-    if (LastTouched(file) < uploads_older_than) Drop(file.filename().string());
+    if (LastTouched(file) >= uploads_older_than) continue;
+    const auto size = fs::file_size(file, error);
+    if (!error) Drop(file.filename().string(), static_cast<int64_t>(size));
   }
   std::lock_guard<std::mutex> lock(mutex_);
   total_bytes_ -= freed;

@@ -4,6 +4,7 @@
 // what workers are writing. A blob appears under its name only when complete, checked and durable.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -86,7 +87,9 @@ class BlobStore {
   int64_t Collect(absl::Time older_than, absl::Time uploads_older_than,
                   const std::function<bool(const std::string& sha256)>& is_used);
 
+  // Bytes of complete blobs, and of uploads that are not complete.
   int64_t total_bytes() const;
+  int64_t uploading_bytes() const;
 
  private:
   friend class BlobUpload;
@@ -97,13 +100,14 @@ class BlobStore {
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
       const amhex::v1::BlobRef& blob);
-  void Drop(const std::string& sha256);
+  void Drop(const std::string& sha256, int64_t committed_size);
 
   const std::string root_;
   const Limits limits_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by sha256
   int64_t total_bytes_ = 0;
+  std::atomic<int64_t> uploading_bytes_{0};
   int32_t active_uploads_ = 0;
 };
 

@@ -224,6 +224,8 @@ absl::StatusOr<Job> JobManager::Get(const std::string& id) {
 absl::StatusOr<JobPage> JobManager::List(const JobQuery& query) { return store_->List(query); }
 
 absl::StatusOr<Job> JobManager::Cancel(const std::string& id) {
+  AMHEX_ASSIGN_OR_RETURN(const Job before, store_->Get(id));
+  if (IsFinal(before.state())) return before;
   AMHEX_ASSIGN_OR_RETURN(const Job job, store_->RequestCancel(id, CancelledOutcome(), absl::Now()));
   std::shared_ptr<Attempt> attempt;
   {
@@ -233,8 +235,8 @@ absl::StatusOr<Job> JobManager::Cancel(const std::string& id) {
   }
   LogInfo("cancel_requested", {{"job", job.name()}, {"state", Job::State_Name(job.state())}});
   if (attempt) attempt->RequestCancel();
-  // A job that never ran is final now; a running one is so when its worker has stopped.
-  if (job.state() == Job::CANCELLED && job.attempt_count() == 0) CountFinished(job);
+  // A queued job is final now; a running one is so when its worker has stopped.
+  if (job.state() == Job::CANCELLED) CountFinished(job);
   PublishStored(id);
   return job;
 }
@@ -298,7 +300,11 @@ void JobManager::CountFinished(const Job& job) {
 }
 
 void JobManager::StartDraining() {
-  draining_ = true;
+  {
+    // Under the lock, so that a slot about to wait does not miss it.
+    std::lock_guard<std::mutex> lock(mutex_);
+    draining_ = true;
+  }
   slots_wake_.notify_all();
 }
 

@@ -13,9 +13,10 @@ namespace amhex::server {
 using amhex::v1::Job;
 
 grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* context,
+                                                 BlockingExecutor* executor,
                                                  std::function<absl::Status()> call) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  executor_->Post([reactor, call = std::move(call)] { reactor->Finish(ToGrpc(call())); });
+  executor->Post([reactor, call = std::move(call)] { reactor->Finish(ToGrpc(call())); });
   return reactor;
 }
 
@@ -47,13 +48,15 @@ absl::Status MeshingService::Submit(const amhex::v1::SubmitJobRequest& request,
 grpc::ServerUnaryReactor* MeshingService::SubmitJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::SubmitJobRequest* request,
                                                     amhex::v1::SubmitJobResponse* response) {
-  return Answer(context, [this, request, response] { return Submit(*request, response); });
+  BlockingExecutor* const executor = request->validate_only() ? &estimate_executor_ : executor_;
+  return Answer(context, executor,
+                [this, request, response] { return Submit(*request, response); });
 }
 
 grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* context,
                                                  const amhex::v1::GetJobRequest* request,
                                                  Job* response) {
-  return Answer(context, [this, request, response]() -> absl::Status {
+  return Answer(context, executor_, [this, request, response]() -> absl::Status {
     AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
     AMHEX_ASSIGN_OR_RETURN(*response, manager_->Get(id));
     return absl::OkStatus();
@@ -63,7 +66,7 @@ grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* MeshingService::ListJobs(grpc::CallbackServerContext* context,
                                                    const amhex::v1::ListJobsRequest* request,
                                                    amhex::v1::ListJobsResponse* response) {
-  return Answer(context, [this, request, response]() -> absl::Status {
+  return Answer(context, executor_, [this, request, response]() -> absl::Status {
     AMHEX_ASSIGN_OR_RETURN(const JobQuery query, CheckList(*request, manager_->options().limits));
     AMHEX_ASSIGN_OR_RETURN(JobPage page, manager_->List(query));
     for (Job& job : page.jobs) *response->add_jobs() = std::move(job);
@@ -82,7 +85,7 @@ grpc::ServerWriteReactor<amhex::v1::WatchJobResponse>* MeshingService::WatchJob(
 grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::CancelJobRequest* request,
                                                     Job* response) {
-  return Answer(context, [this, request, response]() -> absl::Status {
+  return Answer(context, executor_, [this, request, response]() -> absl::Status {
     AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
     AMHEX_ASSIGN_OR_RETURN(*response, manager_->Cancel(id));
     return absl::OkStatus();
@@ -92,7 +95,7 @@ grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::DeleteJobRequest* request,
                                                     google::protobuf::Empty*) {
-  return Answer(context, [this, request]() -> absl::Status {
+  return Answer(context, executor_, [this, request]() -> absl::Status {
     AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
     return manager_->Delete(id);
   });
@@ -101,7 +104,7 @@ grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerContext* context,
                                                           const amhex::v1::GetCapabilitiesRequest*,
                                                           amhex::v1::Capabilities* response) {
-  return Answer(context, [this, response]() -> absl::Status {
+  return Answer(context, executor_, [this, response]() -> absl::Status {
     const amhex::worker::Hello hello = pool_->hello();
     response->set_server_version(kServerVersion);
     response->set_engine_version(hello.engine_version());

@@ -41,16 +41,20 @@ class MeshingService final : public amhex::v1::Mesher::CallbackService {
                                             amhex::v1::Capabilities* response) override;
 
  private:
-  // Runs `call` on the executor and finishes the call with its status.
-  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
+  // Runs `call` on an executor and finishes the call with its status.
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, BlockingExecutor* executor,
                                    std::function<absl::Status()> call);
   absl::Status Submit(const amhex::v1::SubmitJobRequest& request,
                       amhex::v1::SubmitJobResponse* response);
   absl::StatusOr<amhex::v1::CostEstimate> Estimate(const amhex::v1::SubmitJobRequest& request);
 
+  static constexpr int kEstimateThreads = 2;
+
   JobManager* const manager_;
   WorkerPool* const pool_;
   BlockingExecutor* const executor_;
+  // Estimates start a worker each and take seconds; they must not hold up other calls.
+  BlockingExecutor estimate_executor_{kEstimateThreads};
 };
 
 }  // namespace amhex::server

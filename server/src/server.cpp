@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr int kBlockingThreads = 8;
 // What is left of calls after the workers have stopped may finish within this.
-constexpr absl::Duration kCallGrace = absl::Seconds(2);
+constexpr absl::Duration kCallGrace = absl::Seconds(1);
 constexpr char kMesherService[] = "amhex.v1.Mesher";
 constexpr char kBlobsService[] = "amhex.v1.Blobs";
 constexpr char kWorkerService[] = "worker";

@@ -77,7 +77,7 @@ void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
 }
 
 void AddLimitFlags(CLI::App* app, Limits* limits) {
-  app->add_option("--max-blob-bytes", limits->max_blob_bytes, "Largest input or result")
+  app->add_option("--max-blob-bytes", limits->max_blob_bytes, "Largest input")
       ->envname("AMHEX_MAX_BLOB_BYTES")
       ->capture_default_str();
   app->add_option("--max-blob-store-bytes", limits->max_blob_store_bytes,

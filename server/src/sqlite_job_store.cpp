@@ -5,6 +5,7 @@
 
 #include "errors.h"
 #include "job_id.h"
+#include "sqlite_job_rows.h"
 #include "status_macros.h"
 #include "time_convert.h"
 
@@ -12,103 +13,6 @@ namespace amhex::server {
 namespace {
 
 using amhex::v1::Job;
-
-// Times are microseconds since 1970. `spec` is a serialized Job with what the client sent,
-// `outcome` one with stages, failed_stage and error or result.
-constexpr char kSchema[] = R"sql(
-CREATE TABLE IF NOT EXISTS job (
-  number INTEGER PRIMARY KEY AUTOINCREMENT,
-  id TEXT NOT NULL UNIQUE,
-  request_id TEXT UNIQUE,
-  request_hash TEXT NOT NULL,
-  state INTEGER NOT NULL CHECK (state BETWEEN 1 AND 5),
-  priority INTEGER NOT NULL,
-  spec BLOB NOT NULL,
-  outcome BLOB,
-  input_sha256 TEXT NOT NULL,
-  result_sha256 TEXT,
-  create_time INTEGER NOT NULL,
-  not_before INTEGER NOT NULL,
-  queue_deadline INTEGER,
-  start_time INTEGER,
-  end_time INTEGER,
-  expire_time INTEGER,
-  ttl INTEGER NOT NULL,
-  attempt INTEGER NOT NULL DEFAULT 0,
-  max_attempts INTEGER NOT NULL,
-  lease_epoch INTEGER NOT NULL DEFAULT 0,
-  lease_owner TEXT,
-  lease_until INTEGER,
-  cancel_requested INTEGER NOT NULL DEFAULT 0
-);
-CREATE INDEX IF NOT EXISTS job_claim ON job(priority, number) WHERE state = 1;
-CREATE INDEX IF NOT EXISTS job_lease ON job(lease_until) WHERE state = 2;
-CREATE INDEX IF NOT EXISTS job_expire ON job(expire_time) WHERE state >= 3;
-CREATE INDEX IF NOT EXISTS job_input ON job(input_sha256);
-CREATE INDEX IF NOT EXISTS job_result ON job(result_sha256) WHERE result_sha256 IS NOT NULL;
-CREATE TABLE IF NOT EXISTS generation (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),
-                                       number INTEGER NOT NULL);
-INSERT OR IGNORE INTO generation VALUES (1, 0);
-)sql";
-
-constexpr int kSchemaVersion = 1;
-
-constexpr char kSelectJob[] =
-    "SELECT number, id, state, spec, outcome, create_time, start_time, end_time, expire_time,"
-    " attempt, cancel_requested, lease_epoch, max_attempts FROM job ";
-
-enum Column {
-  kNumber,
-  kId,
-  kState,
-  kSpec,
-  kOutcome,
-  kCreateTime,
-  kStartTime,
-  kEndTime,
-  kExpireTime,
-  kAttempt,
-  kCancelRequested,
-  kLeaseEpoch,
-  kMaxAttempts
-};
-
-absl::Status JobNotFound(const std::string& id) {
-  return MakeError(absl::StatusCode::kNotFound, amhex::v1::JOB_NOT_FOUND,
-                   "no job " + JobName(id) + " exists, or it has expired");
-}
-
-absl::Status Fenced(const std::string& id) {
-  return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
-}
-
-Job ReadJob(const SqliteStatement& row) {
-  Job job;
-  job.ParseFromString(row.TextColumn(kSpec));
-  if (!row.IsNull(kOutcome)) job.MergeFromString(row.TextColumn(kOutcome));
-  job.set_name(JobName(row.TextColumn(kId)));
-  job.set_state(static_cast<Job::State>(row.IntColumn(kState)));
-  job.set_attempt_count(static_cast<int32_t>(row.IntColumn(kAttempt)));
-  job.set_max_attempts(static_cast<int32_t>(row.IntColumn(kMaxAttempts)));
-  job.set_cancel_requested(row.IntColumn(kCancelRequested) != 0);
-  const auto time = [&row](int column) {
-    return ToProto(absl::FromUnixMicros(row.IntColumn(column)));
-  };
-  *job.mutable_create_time() = time(kCreateTime);
-  if (!row.IsNull(kStartTime)) *job.mutable_start_time() = time(kStartTime);
-  if (!row.IsNull(kEndTime)) *job.mutable_end_time() = time(kEndTime);
-  if (!row.IsNull(kExpireTime)) *job.mutable_expire_time() = time(kExpireTime);
-  return job;
-}
-
-std::string OutcomeBytes(const FinalOutcome& outcome) {
-  Job kept;
-  *kept.mutable_stages() = outcome.details.stages();
-  kept.set_failed_stage(outcome.details.failed_stage());
-  if (outcome.details.has_error()) *kept.mutable_error() = outcome.details.error();
-  if (outcome.details.has_result()) *kept.mutable_result() = outcome.details.result();
-  return kept.SerializeAsString();
-}
 
 std::string StateList(const std::vector<Job::State>& states) {
   std::string list;
@@ -347,105 +251,6 @@ absl::Status SqliteJobStore::Delete(const std::string& id) {
   if (database_->ChangeCount() > 0) return absl::OkStatus();
   return MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::JOB_NOT_FINAL,
                    JobName(id) + " is " + Job::State_Name(job.state()) + "; cancel it first");
-}
-
-absl::StatusOr<int64_t> SqliteJobStore::RequeueRunning() {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_RETURN_IF_ERROR(
-      database_->Execute("UPDATE job SET state = 1, attempt = attempt - 1,"
-                         " lease_epoch = lease_epoch + 1, lease_owner = NULL,"
-                         " lease_until = NULL, not_before = create_time WHERE state = 2"));
-  return database_->ChangeCount();
-}
-
-absl::StatusOr<std::vector<ClaimedJob>> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  SqliteTransaction transaction(database_.get());
-  AMHEX_RETURN_IF_ERROR(transaction.status());
-  const int64_t now_micros = absl::ToUnixMicros(now);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto back,
-      database_->Prepare("UPDATE job SET state = 1, lease_owner = NULL, lease_until = NULL,"
-                         " not_before = ? WHERE state = 2 AND lease_until < ?"
-                         " AND attempt < max_attempts"));
-  AMHEX_RETURN_IF_ERROR(back.Int(now_micros).Int(now_micros).Run());
-  AMHEX_ASSIGN_OR_RETURN(auto spent, database_->Prepare(std::string(kSelectJob) +
-                                                        "WHERE state = 2 AND lease_until < ?"));
-  spent.Int(now_micros);
-  std::vector<ClaimedJob> exhausted;
-  while (true) {
-    AMHEX_ASSIGN_OR_RETURN(const bool has_row, spent.Step());
-    if (!has_row) break;
-    exhausted.push_back({spent.TextColumn(kId), spent.IntColumn(kLeaseEpoch), ReadJob(spent)});
-  }
-  AMHEX_RETURN_IF_ERROR(transaction.Commit());
-  return exhausted;
-}
-
-absl::StatusOr<std::vector<std::string>> SqliteJobStore::IdsLocked(const std::string& sql,
-                                                                   absl::Time now) {
-  AMHEX_ASSIGN_OR_RETURN(auto select, database_->Prepare(sql));
-  select.Int(absl::ToUnixMicros(now));
-  std::vector<std::string> ids;
-  while (true) {
-    AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row) break;
-    ids.push_back(select.TextColumn(0));
-  }
-  return ids;
-}
-
-absl::StatusOr<std::vector<std::string>> SqliteJobStore::ExpireQueued(const FinalOutcome& outcome,
-                                                                      absl::Time now) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto ids, IdsLocked("SELECT id FROM job WHERE state = 1 AND queue_deadline <= ?", now));
-  for (const std::string& id : ids) {
-    AMHEX_RETURN_IF_ERROR(EndLocked(id, "state = 1", outcome, now).status());
-  }
-  return ids;
-}
-
-absl::StatusOr<std::vector<std::string>> SqliteJobStore::RemoveExpired(absl::Time now) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto ids, IdsLocked("SELECT id FROM job WHERE state >= 3 AND expire_time <= ?", now));
-  if (ids.empty()) return ids;
-  AMHEX_ASSIGN_OR_RETURN(
-      auto remove, database_->Prepare("DELETE FROM job WHERE state >= 3 AND expire_time <= ?"));
-  AMHEX_RETURN_IF_ERROR(remove.Int(absl::ToUnixMicros(now)).Run());
-  return ids;
-}
-
-absl::StatusOr<std::map<Job::State, int64_t>> SqliteJobStore::CountByState() {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(auto select,
-                         database_->Prepare("SELECT state, count(*) FROM job GROUP BY state"));
-  std::map<Job::State, int64_t> counts;
-  while (true) {
-    AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row) break;
-    counts[static_cast<Job::State>(select.IntColumn(0))] = select.IntColumn(1);
-  }
-  return counts;
-}
-
-absl::StatusOr<std::optional<absl::Time>> SqliteJobStore::OldestQueued() {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(auto select,
-                         database_->Prepare("SELECT min(create_time) FROM job WHERE state = 1"));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-  if (!has_row || select.IsNull(0)) return std::optional<absl::Time>();
-  return std::optional<absl::Time>(absl::FromUnixMicros(select.IntColumn(0)));
-}
-
-absl::StatusOr<bool> SqliteJobStore::IsBlobUsed(const std::string& sha256) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto select, database_->Prepare("SELECT EXISTS (SELECT 1 FROM job WHERE input_sha256 = ?1)"
-                                      " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = ?1)"));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Text(sha256).Step());
-  return has_row && select.IntColumn(0) != 0;
 }
 
 }  // namespace amhex::server

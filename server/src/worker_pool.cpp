@@ -10,6 +10,7 @@ namespace amhex::server {
 namespace {
 
 constexpr absl::Duration kEstimatePatience = absl::Seconds(60);
+constexpr absl::Duration kEstimatePollInterval = absl::Milliseconds(250);
 
 }  // namespace
 
@@ -32,6 +33,7 @@ void WorkerPool::Stop(absl::Time deadline) {
 }
 
 void WorkerPool::HurryUp(absl::Time deadline) {
+  stopping_ = true;
   for (const auto& slot : slots_) slot->StartStopping(deadline);
 }
 
@@ -64,15 +66,20 @@ absl::StatusOr<amhex::v1::CostEstimate> WorkerPool::Estimate(amhex::worker::RunJ
   AMHEX_RETURN_IF_ERROR(process->channel().Send(frame));
   amhex::worker::FromWorker news;
   while (true) {
-    const auto outcome = process->channel().Receive(&news, deadline - absl::Now());
+    const auto outcome = process->channel().Receive(&news, kEstimatePollInterval);
     if (!outcome.ok()) {
       return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
                        "the input killed the decoder");
     }
-    if (*outcome == FrameChannel::Outcome::kTimeout) {
+    if (stopping_) {
+      return MakeError(absl::StatusCode::kUnavailable, amhex::v1::SERVER_DRAINING,
+                       "the server is shutting down");
+    }
+    if (absl::Now() >= deadline) {
       return ServerFault("the estimate took longer than " +
                          absl::FormatDuration(kEstimatePatience));
     }
+    if (*outcome != FrameChannel::Outcome::kFrame) continue;
     if (!news.has_finished()) continue;
     const absl::Status error = FromRpcStatus(news.finished().error());
     if (!error.ok()) return error;

@@ -46,7 +46,7 @@ class WorkerPool {
   // From another thread, moves the deadline of a Stop under way.
   void HurryUp(absl::Time deadline);
 
-  // Estimates the cost of a job in a worker of its own; blocks for it.
+  // Estimates the cost of a job in a worker of its own; blocks for it. UNAVAILABLE when stopped.
   absl::StatusOr<amhex::v1::CostEstimate> Estimate(amhex::worker::RunJob order);
 
   int ready_count() const { return ready_count_.load(); }
@@ -68,6 +68,7 @@ class WorkerPool {
   mutable std::mutex mutex_;
   amhex::worker::Hello hello_;
   std::atomic<int> ready_count_{0};
+  std::atomic<bool> stopping_{false};
   std::vector<std::unique_ptr<WorkerSlot>> slots_;
 };
 

@@ -44,8 +44,11 @@ void WorkerSlot::Start() {
 }
 
 void WorkerSlot::StartStopping(absl::Time deadline) {
-  stop_deadline_nanos_ = absl::ToUnixNanos(deadline);
-  stopping_ = true;
+  {
+    std::lock_guard<std::mutex> lock(sleep_mutex_);
+    stop_deadline_nanos_ = absl::ToUnixNanos(deadline);
+    stopping_ = true;
+  }
   sleep_wake_.notify_all();
 }
 

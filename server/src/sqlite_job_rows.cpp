@@ -1,0 +1,48 @@
+#include "sqlite_job_rows.h"
+
+#include "errors.h"
+#include "job_id.h"
+#include "time_convert.h"
+
+namespace amhex::server {
+
+using amhex::v1::Job;
+
+absl::Status JobNotFound(const std::string& id) {
+  return MakeError(absl::StatusCode::kNotFound, amhex::v1::JOB_NOT_FOUND,
+                   "no job " + JobName(id) + " exists, or it has expired");
+}
+
+absl::Status Fenced(const std::string& id) {
+  return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
+}
+
+Job ReadJob(const SqliteStatement& row) {
+  Job job;
+  job.ParseFromString(row.TextColumn(kSpec));
+  if (!row.IsNull(kOutcome)) job.MergeFromString(row.TextColumn(kOutcome));
+  job.set_name(JobName(row.TextColumn(kId)));
+  job.set_state(static_cast<Job::State>(row.IntColumn(kState)));
+  job.set_attempt_count(static_cast<int32_t>(row.IntColumn(kAttempt)));
+  job.set_max_attempts(static_cast<int32_t>(row.IntColumn(kMaxAttempts)));
+  job.set_cancel_requested(row.IntColumn(kCancelRequested) != 0);
+  const auto time = [&row](int column) {
+    return ToProto(absl::FromUnixMicros(row.IntColumn(column)));
+  };
+  *job.mutable_create_time() = time(kCreateTime);
+  if (!row.IsNull(kStartTime)) *job.mutable_start_time() = time(kStartTime);
+  if (!row.IsNull(kEndTime)) *job.mutable_end_time() = time(kEndTime);
+  if (!row.IsNull(kExpireTime)) *job.mutable_expire_time() = time(kExpireTime);
+  return job;
+}
+
+std::string OutcomeBytes(const FinalOutcome& outcome) {
+  Job kept;
+  *kept.mutable_stages() = outcome.details.stages();
+  kept.set_failed_stage(outcome.details.failed_stage());
+  if (outcome.details.has_error()) *kept.mutable_error() = outcome.details.error();
+  if (outcome.details.has_result()) *kept.mutable_result() = outcome.details.result();
+  return kept.SerializeAsString();
+}
+
+}  // namespace amhex::server
