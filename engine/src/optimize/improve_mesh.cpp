@@ -34,8 +34,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     AMHEX_ASSIGN_OR_RETURN(Repaired repaired,
                            RepairCells(complex, hull, round.quality, round.depth, run));
     complex = std::move(repaired.complex);
-    const bool first = &round == &kRounds[0];
-    if (!first && repaired.replacements == 0) break;
+    if (repaired.replacements == 0) continue;
     AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
   AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kBest));
