@@ -1,5 +1,7 @@
 #include "amhex/run_context.h"
 
+#include <algorithm>
+
 namespace amhex {
 
 const char* StageName(Stage stage) {
@@ -40,8 +42,12 @@ absl::Status RunContext::CheckStop() const {
 
 void RunContext::Report(const Progress& update) {
   const Stage stage = progress_.stage;
+  // Stages that repeat a step until nothing changes cannot know their share beforehand; a watcher
+  // still never sees a bar go back.
+  const double fraction = std::max(progress_.stage_fraction, update.stage_fraction);
   progress_ = update;
   progress_.stage = stage;
+  progress_.stage_fraction = fraction;
   if (on_progress) on_progress(progress_);
 }
 

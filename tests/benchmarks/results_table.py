@@ -104,16 +104,7 @@ def mesh(arguments, path, cells):
         lines = [line for line in run.stderr.splitlines() if line.strip()]
         return None, lines[-1] if lines else f"exit status {run.returncode}", seconds
     with open(report_path, encoding="utf-8") as file:
-        return read_report(json.load(file)), None, seconds
-
-
-def read_report(report):
-    """The client's JSON with the cells by type as a dictionary."""
-    statistics = report["statistics"]
-    statistics["cells_by_type"] = {
-        entry["type"]: entry["cell_count"] for entry in statistics["cells_by_type"]
-    }
-    return report
+        return json.load(file), None, seconds
 
 
 def paper_row(path):
@@ -146,7 +137,7 @@ def quality_row(path, cells, report):
 
 
 def cost_row(path, report, seconds, stage_names):
-    wall = {stage["stage"]: stage["wall_duration"] for stage in report["stages"]}
+    wall = {stage["stage"]: stage["wall_seconds"] for stage in report["stages"]}
     peak = max((stage["peak_memory_bytes"] for stage in report["stages"]), default=0)
     row = [path.name, str(report["statistics"]["cell_count"])]
     row += [f"{wall.get(name, 0):.2f}" for name in stage_names]
