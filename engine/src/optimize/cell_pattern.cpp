@@ -89,6 +89,21 @@ void AddCorners(const CellFaces& faces, CellPattern& pattern) {
   }
 }
 
+void AddIncidences(CellPattern& pattern) {
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    for (const uint8_t slot : pattern.edge_slots[e]) {
+      pattern.edges_at[slot] = static_cast<uint16_t>(pattern.edges_at[slot] | 1 << e);
+    }
+  }
+  for (int i = 0; i < pattern.corner_count; ++i) {
+    for (const uint8_t e : pattern.corner[i].edge) {
+      for (const uint8_t slot : pattern.edge_slots[e]) {
+        pattern.corners_at[slot] = static_cast<uint8_t>(pattern.corners_at[slot] | 1 << i);
+      }
+    }
+  }
+}
+
 void AddTriangles(const CellFaces& faces, CellPattern& pattern) {
   for (const CellFace& face : faces) {
     const int triangles = face.count == 3 ? 1 : 4;
@@ -179,6 +194,7 @@ struct PatternTable {
       const CellFaces faces = FacesOf(corners);
       AddEdges(faces, pattern);
       AddCorners(faces, pattern);
+      AddIncidences(pattern);
       AddTriangles(faces, pattern);
       index[mask] = static_cast<int16_t>(patterns.size());
       patterns.push_back(pattern);

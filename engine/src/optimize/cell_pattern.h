@@ -31,6 +31,11 @@ struct CellPattern {
   int corner_count = 0;
   std::array<Corner, 8> corner{};
 
+  // What a move of the vertex whose first slot is s changes: bit e of edges_at[s], edge e; bit i of
+  // corners_at[s], corner i (one of its three edges).
+  std::array<uint16_t, 8> edges_at{};
+  std::array<uint8_t, 8> corners_at{};
+
   // Outward triangles of every face; both diagonals' two triangles of every quad.
   int triangle_count = 0;
   std::array<std::array<uint8_t, 3>, 24> triangle_slots{};

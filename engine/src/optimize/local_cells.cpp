@@ -1,6 +1,10 @@
 #include "optimize/local_cells.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace amhex {
@@ -10,13 +14,6 @@ namespace {
 constexpr double kNegligibleExponent = -6.0;
 constexpr double kMaxExponent = 30.0;
 
-double CornerEnergy(double s, const CornerPenalty& penalty) {
-  const double deficit = 1 - s;
-  const double exponent = penalty.steepness * (penalty.knee - s);
-  if (exponent < kNegligibleExponent) return deficit * deficit;
-  return deficit * deficit + std::exp(std::min(exponent, kMaxExponent));
-}
-
 // Cells with a smaller fold margin (a cube has 0.5, a regular tetrahedron 0.18) are watched, with a
 // penalty that grows by a factor of e for every kFoldScale that the margin falls.
 constexpr double kNearFolding = 0.04;
@@ -24,52 +21,113 @@ constexpr double kFoldScale = 0.008;
 constexpr double kFoldWeight = 3.0;
 constexpr double kMaxFoldExponent = 12.0;
 
-double FoldEnergy(double margin) {
-  return kFoldWeight * std::exp(std::min(-margin / kFoldScale, kMaxFoldExponent)) - margin;
-}
-
 // Step of the forward differences in mean edge lengths.
 constexpr double kDifferenceStep = 1e-4;
+constexpr size_t kCellsPerBlock = 1024;
+
+// exp(x) for |x| < 700 to about 1e-6, of the same bits on every machine: libm's own depends on the
+// processor. 2^k times a Taylor polynomial on [-ln 2 / 2, ln 2 / 2].
+double SteadyExp(double x) {
+  constexpr double kLog2E = 1.4426950408889634, kLn2 = 0.6931471805599453;
+  const int64_t k = static_cast<int64_t>(x * kLog2E + (x >= 0 ? 0.5 : -0.5));
+  const double r = x - static_cast<double>(k) * kLn2;
+  const double series =
+      1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r / 720)))));
+  return series * std::bit_cast<double>((k + 1023) << 52);
+}
+
+double CornerEnergy(double s, const CornerPenalty& penalty) {
+  const double deficit = 1 - s;
+  const double exponent = penalty.steepness * (penalty.knee - s);
+  if (!(exponent >= kNegligibleExponent)) return deficit * deficit;
+  return deficit * deficit + SteadyExp(std::min(exponent, kMaxExponent));
+}
+
+double FoldEnergy(double margin) {
+  return kFoldWeight * SteadyExp(std::min(-margin / kFoldScale, kMaxFoldExponent)) - margin;
+}
 
 }  // namespace
 
+std::vector<uint8_t> FindCellsNearFolding(const CellComplex& complex,
+                                          const VertexNeighbourhoods& neighbourhoods) {
+  std::vector<uint8_t> near_folding(complex.cells.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerBlock),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      std::array<Vec3d, 8> positions;
+                      for (size_t c = range.begin(); c < range.end(); ++c) {
+                        for (int slot = 0; slot < 8; ++slot) {
+                          positions[slot] = complex.vertices[complex.cells[c][slot]];
+                        }
+                        near_folding[c] =
+                            FoldMargin(*neighbourhoods.patterns[c], positions) < kNearFolding;
+                      }
+                    });
+  return near_folding;
+}
+
 LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,
-                       int32_t vertex, const CornerPenalty& penalty)
+                       int32_t vertex, const CornerPenalty& penalty,
+                       const std::vector<uint8_t>& near_folding)
     : penalty_(penalty), position_(complex.vertices[vertex]) {
   for (const int32_t c : neighbourhoods.cells[vertex]) {
     Cell& cell = cells_.emplace_back();
     cell.pattern = neighbourhoods.patterns[c];
-    cell.moving_slots = 0;
+    cell.is_near_folding = !near_folding.empty() && near_folding[c] != 0;
+    unsigned moving = 0;
     for (int slot = 0; slot < 8; ++slot) {
       const int32_t v = complex.cells[c][slot];
       cell.positions[slot] = complex.vertices[v];
-      if (v == vertex) cell.moving_slots = static_cast<uint8_t>(cell.moving_slots | 1 << slot);
+      moving |= static_cast<unsigned>(v == vertex) << slot;
     }
-    cell.near_folding = FoldMargin(*cell.pattern, cell.positions) < kNearFolding;
+    cell.moving_slots = static_cast<uint8_t>(moving);
+    cell.first_slot = static_cast<uint8_t>(std::countr_zero(moving));
+    for (int e = 0; e < cell.pattern->edge_count; ++e) UpdateEdge(e, cell);
+    cell.fixed_minimum = 1;
+    const unsigned moved_corners = cell.pattern->corners_at[cell.first_slot];
+    for (int i = 0; i < cell.pattern->corner_count; ++i) {
+      if (moved_corners >> i & 1) continue;
+      cell.fixed_minimum = std::min(cell.fixed_minimum, CornerJacobian(i, cell));
+    }
   }
+}
+
+void LocalCells::UpdateEdge(int e, Cell& cell) {
+  const auto& slots = cell.pattern->edge_slots[e];
+  cell.directions[e] = Normalized(cell.positions[slots[1]] - cell.positions[slots[0]]);
+}
+
+double LocalCells::CornerJacobian(int i, const Cell& cell) {
+  const CellPattern::Corner& corner = cell.pattern->corner[i];
+  return corner.sign * Determinant(cell.directions[corner.edge[0]], cell.directions[corner.edge[1]],
+                                   cell.directions[corner.edge[2]]);
 }
 
 void LocalCells::MoveTo(const Vec3d& position) {
   position_ = position;
   for (Cell& cell : cells_) {
-    for (int slot = 0; slot < 8; ++slot) {
+    for (int slot = cell.first_slot; slot < 8; ++slot) {
       if (cell.moving_slots >> slot & 1) cell.positions[slot] = position;
     }
   }
 }
 
-LocalScore LocalCells::Score() const {
+LocalScore LocalCells::Score() {
   LocalScore score;
-  CornerJacobians jacobians;
-  for (const Cell& cell : cells_) {
-    ScaledJacobians(*cell.pattern, cell.positions, jacobians);
-    double minimum = 1;
-    for (int i = 0; i < cell.pattern->corner_count; ++i) {
-      // Written so that NaN lowers the minimum too.
-      if (!(jacobians[i] >= minimum)) minimum = std::isnan(jacobians[i]) ? -1 : jacobians[i];
-      score.energy += CornerEnergy(jacobians[i], penalty_);
+  for (Cell& cell : cells_) {
+    const CellPattern& pattern = *cell.pattern;
+    for (unsigned edges = pattern.edges_at[cell.first_slot]; edges != 0; edges &= edges - 1) {
+      UpdateEdge(std::countr_zero(edges), cell);
     }
-    if (cell.near_folding) score.energy += FoldEnergy(FoldMargin(*cell.pattern, cell.positions));
+    double minimum = cell.fixed_minimum;
+    for (unsigned corners = pattern.corners_at[cell.first_slot]; corners != 0;
+         corners &= corners - 1) {
+      const double jacobian = CornerJacobian(std::countr_zero(corners), cell);
+      // Written so that not-a-number lowers the minimum too.
+      if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
+      score.energy += CornerEnergy(jacobian, penalty_);
+    }
+    if (cell.is_near_folding) score.energy += FoldEnergy(FoldMargin(pattern, cell.positions));
     score.minimum = std::min(score.minimum, minimum);
     score.sum += minimum;
   }
@@ -84,42 +142,27 @@ double LocalCells::WorstFoldMargin() const {
   return worst;
 }
 
-Vec3d LocalCells::EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count) {
+Vec3d LocalCells::EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count,
+                                 double energy_here) {
   const Vec3d start = position_;
   const double step = kDifferenceStep * MeanEdgeLength();
-  const double at_start = Score().energy;
   Vec3d gradient;
   for (int a = 0; a < axis_count; ++a) {
     MoveTo(start + axes[a] * step);
-    gradient += axes[a] * ((Score().energy - at_start) / step);
+    gradient += axes[a] * ((Score().energy - energy_here) / step);
   }
   MoveTo(start);
   return gradient;
 }
 
-Vec3d LocalCells::NeighbourMean() const {
-  Vec3d sum;
-  int count = 0;
-  for (const Cell& cell : cells_) {
-    for (int e = 0; e < cell.pattern->edge_count; ++e) {
-      const auto [a, b] = cell.pattern->edge_slots[e];
-      const bool from = cell.moving_slots >> a & 1, to = cell.moving_slots >> b & 1;
-      if (from == to) continue;
-      sum += cell.positions[from ? b : a];
-      ++count;
-    }
-  }
-  return count > 0 ? sum / count : position_;
-}
-
+// Over the cell edges at the vertex.
 double LocalCells::MeanEdgeLength() const {
   double sum = 0;
   int count = 0;
   for (const Cell& cell : cells_) {
-    for (int e = 0; e < cell.pattern->edge_count; ++e) {
-      const auto [a, b] = cell.pattern->edge_slots[e];
-      if ((cell.moving_slots >> a & 1) == (cell.moving_slots >> b & 1)) continue;
-      sum += Norm(cell.positions[a] - cell.positions[b]);
+    for (unsigned edges = cell.pattern->edges_at[cell.first_slot]; edges != 0; edges &= edges - 1) {
+      const auto& slots = cell.pattern->edge_slots[std::countr_zero(edges)];
+      sum += Norm(cell.positions[slots[0]] - cell.positions[slots[1]]);
       ++count;
     }
   }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "absl/container/inlined_vector.h"
 #include "assembly/cell_complex.h"
@@ -21,41 +22,50 @@ struct CornerPenalty {
 struct LocalScore {
   double minimum = 1;  // least scaled Jacobian of all incident cells
   double sum = 0;      // of the incident cells' minimum scaled Jacobians
-  double energy = 0;   // smooth penalty of low corners and of cells that are close to folding
+  double energy = 0;   // smooth penalty of the corners that the vertex moves, and of cells that are
+                       // close to folding
 };
+
+// [cell_count] 1 for cells so close to folding that their margin should be watched.
+std::vector<uint8_t> FindCellsNearFolding(const CellComplex& complex,
+                                          const VertexNeighbourhoods& neighbourhoods);
 
 class LocalCells {
  public:
+  // `near_folding` of FindCellsNearFolding, or empty to watch none.
   LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods, int32_t vertex,
-             const CornerPenalty& penalty);
+             const CornerPenalty& penalty, const std::vector<uint8_t>& near_folding);
 
   // Moves the vertex in the copies only.
   void MoveTo(const Vec3d& position);
   const Vec3d& position() const { return position_; }
 
-  // Scaled Jacobians, and fold margins of the cells that were close to folding at the start: cheap,
-  // for trials. NaN positions give a minimum of -1.
-  LocalScore Score() const;
+  // Scaled Jacobians, and fold margins of the watched cells: cheap, for trials. Non-finite
+  // positions give a minimum of -1.
+  LocalScore Score();
   // Least FoldMargin of the incident cells: where it and the minimum are positive, all are valid.
   double WorstFoldMargin() const;
-  // Gradient of the energy by forward differences along `axis_count` unit axes, as a vector.
-  Vec3d EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count);
-
-  // Mean of the vertices joined to this one by cell edges.
-  Vec3d NeighbourMean() const;
-  // Mean length of the cell edges at the vertex.
-  double MeanEdgeLength() const;
+  // Gradient of the energy, which is `energy_here`, by forward differences along `axis_count` unit
+  // axes.
+  Vec3d EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count, double energy_here);
 
  private:
   struct Cell {
     const CellPattern* pattern;
     uint8_t moving_slots;  // bit s: slot s is the vertex
-    bool near_folding;
+    uint8_t first_slot;    // the lowest of them
+    bool is_near_folding;
+    double fixed_minimum;  // over the corners that the vertex does not move
     std::array<Vec3d, 8> positions;
+    std::array<Vec3d, 12> directions;  // of the edges, unit
   };
+  static void UpdateEdge(int e, Cell& cell);
+  static double CornerJacobian(int i, const Cell& cell);
+  double MeanEdgeLength() const;
+
   CornerPenalty penalty_;
   Vec3d position_;
-  absl::InlinedVector<Cell, 12> cells_;
+  absl::InlinedVector<Cell, 10> cells_;
 };
 
 }  // namespace amhex

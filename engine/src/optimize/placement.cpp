@@ -85,11 +85,12 @@ double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& posit
   return largest;
 }
 
-MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty)
+MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty,
+                     const std::vector<uint8_t>& near_folding)
     : placement_(placement),
       vertex_(vertex),
       start_(placement.complex.vertices[vertex]),
-      cells_(placement.complex, placement.neighbourhoods, vertex, penalty),
+      cells_(placement.complex, placement.neighbourhoods, vertex, penalty, near_folding),
       score_(cells_.Score()) {}
 
 LocalScore MoveJudge::Try(const Vec3d& position) {

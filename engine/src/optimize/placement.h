@@ -53,7 +53,8 @@ double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& posit
 // hull.
 class MoveJudge {
  public:
-  MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty = {});
+  MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty,
+            const std::vector<uint8_t>& near_folding);
 
   const LocalScore& score() const { return score_; }  // where the vertex is now
   LocalCells& cells() { return cells_; }

@@ -26,7 +26,7 @@ bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const Vec3d start = placement.complex.vertices[v];
   const Vec3d target = Constrain(constraint, start, placement.features).point;
   if (Norm(target - start) < kOnHull) return false;
-  MoveJudge judge(placement, v);
+  MoveJudge judge(placement, v, CornerPenalty{}, {});
   const double floor =
       std::min(quality_floor, std::max(kLowestFloor, kAllowedShare * judge.score().minimum));
   for (const double fraction : kFractions) {

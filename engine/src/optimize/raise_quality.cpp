@@ -51,8 +51,12 @@ bool IsGain(const LocalScore& before, const LocalScore& after, QualityAim aim) {
 // Line search along the falling energy. Returns true if the vertex moved.
 class VertexSearch {
  public:
-  VertexSearch(Placement& placement, const SweepRules& rules, int32_t v)
-      : placement_(placement), rules_(rules), v_(v), judge_(placement, v, rules.penalty) {}
+  VertexSearch(Placement& placement, const SweepRules& rules,
+               const std::vector<uint8_t>& near_folding, int32_t v)
+      : placement_(placement),
+        rules_(rules),
+        v_(v),
+        judge_(placement, v, rules.penalty, near_folding) {}
 
   bool Needed() const { return judge_.score().minimum < rules_.target; }
 
@@ -64,7 +68,8 @@ class VertexSearch {
     offset_ = start_ - at.point;
     const FreeAxes axes = AxesAt(constraint, at);
     if (axes.count == 0) return false;
-    const Vec3d gradient = judge_.cells().EnergyGradient(axes.axis, axes.count);
+    const Vec3d gradient =
+        judge_.cells().EnergyGradient(axes.axis, axes.count, judge_.score().energy);
     const double slope = Norm(gradient);
     if (!(slope > 0) || !std::isfinite(slope)) return false;
     return Descend(gradient / -slope, step);
@@ -113,10 +118,12 @@ class VertexSearch {
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
   std::vector<uint8_t> moved(memory.active.size(), 0);
+  const std::vector<uint8_t> near_folding =
+      FindCellsNearFolding(placement.complex, placement.neighbourhoods);
   const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
     if (!memory.active[v]) return;
     if (placement.constraints.vertex[v].kind == Constraint::kCorner) return;
-    VertexSearch search(placement, rules, v);
+    VertexSearch search(placement, rules, near_folding, v);
     if (!search.Needed()) return;
     memory.step[v] = std::max(memory.step[v], kSmallestStep * 4);
     moved[v] = search.Run(memory.step[v]);
