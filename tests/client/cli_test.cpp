@@ -11,6 +11,7 @@
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
 #include "cli/report.h"
+#include "cli/shared_flags.h"
 #include "demo/shapes.h"
 #include "demo/surface.h"
 #include "formats/hull_writer.h"
@@ -127,6 +128,48 @@ TEST(Progress, SaysWhatIsKnown) {
   EXPECT_EQ(DescribeProgress(v1::Progress()), "");
   EXPECT_EQ(StageWords(v1::STAGE_MATCH_AND_MERGE), "match and merge");
 }
+
+// Every field of MeshingParams must be reachable from the command line.
+int CountSetFields(const google::protobuf::Message& message) {
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  int count = 0;
+  for (const auto* field : fields) {
+    const bool is_group = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
+    count += is_group ? CountSetFields(message.GetReflection()->GetMessage(message, field)) : 1;
+  }
+  return count;
+}
+
+int CountFields(const google::protobuf::Descriptor* descriptor) {
+  int count = 0;
+  for (int i = 0; i < descriptor->field_count(); ++i) {
+    const auto* field = descriptor->field(i);
+    const bool is_group = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
+    count += is_group ? CountFields(field->message_type()) : 1;
+  }
+  return count;
+}
+
+v1::MeshingParams Parse(const std::string& line) {
+  CLI::App app;
+  ParameterFlags flags;
+  AddParameterFlags(&app, &flags);
+  app.parse(line);
+  return ParamsFrom(app, flags);
+}
+
+TEST(ParameterFlags, ReachEveryParameter) {
+  const v1::MeshingParams params = Parse(
+      "--cells 9 --sharp-angle 40 --initialization grid --iterations 7 --lattice-points 64 "
+      "--regularity-weight 0.5 --split-limit 9 --jitter 0.1 --min-quality 0.3 --extraction paper "
+      "--backend cpu --threads 2 --seed 5 --memory-limit 1000000");
+  // All but edge_length, which excludes cell_count.
+  EXPECT_EQ(CountSetFields(params), CountFields(v1::MeshingParams::descriptor()) - 1);
+  EXPECT_EQ(Parse("--edge-length 2.5").sizing().edge_length(), 2.5);
+}
+
+TEST(ParameterFlags, SetNothingThatWasNotGiven) { EXPECT_EQ(CountSetFields(Parse("")), 0); }
 
 TEST(JobNames, MayBeGivenWithoutTheirPrefix) {
   EXPECT_EQ(FullJobName("abc"), "jobs/abc");

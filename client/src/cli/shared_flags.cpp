@@ -1,7 +1,10 @@
 #include "cli/shared_flags.h"
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
+#include <string_view>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "cli/exit_codes.h"
@@ -21,6 +24,30 @@ absl::Status CheckFolderOf(const std::string& path) {
   if (folder.empty() || std::filesystem::is_directory(folder, error)) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat(path, ": the folder ", folder.string(), " does not exist"));
+}
+
+void SetRelaxation(const CLI::App& command, const ParameterFlags& flags,
+                   v1::MeshingParams* params) {
+  constexpr std::array<std::pair<std::string_view, v1::Initialization>, 3> kInitializations = {
+      {{"field", v1::INITIALIZATION_FIELD},
+       {"grid", v1::INITIALIZATION_GRID},
+       {"jittered_grid", v1::INITIALIZATION_JITTERED_GRID}}};
+  for (const auto& [word, value] : kInitializations) {
+    if (flags.initialization == word) params->mutable_relaxation()->set_initialization(value);
+  }
+  if (Given(command, "--iterations")) {
+    params->mutable_relaxation()->set_iteration_count(flags.iterations);
+  }
+  if (Given(command, "--lattice-points")) {
+    params->mutable_relaxation()->set_lattice_points_per_site(flags.lattice_points);
+  }
+  if (Given(command, "--regularity-weight")) {
+    params->mutable_relaxation()->set_regularity_weight(flags.regularity_weight);
+  }
+  if (Given(command, "--split-limit")) {
+    params->mutable_relaxation()->set_split_limit(flags.split_limit);
+  }
+  if (Given(command, "--jitter")) params->mutable_relaxation()->set_jitter(flags.jitter);
 }
 
 }  // namespace
@@ -60,6 +87,14 @@ void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
   command->add_option("--initialization", flags->initialization, "Where sites come from")
       ->check(CLI::IsMember({"field", "grid", "jittered_grid"}));
   command->add_option("--iterations", flags->iterations, "Relaxation iterations; -1 = by start");
+  command->add_option("--lattice-points", flags->lattice_points,
+                      "Lattice points per site of the Voronoi labelling");
+  command->add_option("--regularity-weight", flags->regularity_weight,
+                      "Peak of the pull towards regular cells");
+  command->add_option("--split-limit", flags->split_limit, "Neighbours from which a site is split");
+  command->add_option("--jitter", flags->jitter, "Displacement of jittered sites, in edge lengths");
+  command->add_option("--extraction", flags->extraction, "How primitives are found")
+      ->check(CLI::IsMember({"direct", "paper"}));
   command->add_option("--memory-limit", flags->memory_limit_bytes, "Bytes the engine may use");
   command->add_option("--time-limit", flags->time_limit_seconds, "Seconds the job may run")
       ->check(CLI::PositiveNumber);
@@ -77,19 +112,13 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
   if (Given(command, "--sharp-angle")) {
     params.mutable_input()->set_sharp_angle_degrees(flags.sharp_angle);
   }
-  if (flags.initialization == "field") {
-    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_FIELD);
-  } else if (flags.initialization == "grid") {
-    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_GRID);
-  } else if (flags.initialization == "jittered_grid") {
-    params.mutable_relaxation()->set_initialization(v1::INITIALIZATION_JITTERED_GRID);
-  }
-  if (Given(command, "--iterations")) {
-    params.mutable_relaxation()->set_iteration_count(flags.iterations);
-  }
+  SetRelaxation(command, flags, &params);
   if (Given(command, "--min-quality")) {
     params.mutable_assembly()->set_min_quality(flags.min_quality);
   }
+  if (flags.extraction == "direct")
+    params.mutable_assembly()->set_extraction(v1::EXTRACTION_DIRECT);
+  if (flags.extraction == "paper") params.mutable_assembly()->set_extraction(v1::EXTRACTION_PAPER);
   if (flags.backend == "auto") params.mutable_run()->set_backend(v1::BACKEND_AUTO);
   if (flags.backend == "cpu") params.mutable_run()->set_backend(v1::BACKEND_CPU);
   if (flags.backend == "cuda") params.mutable_run()->set_backend(v1::BACKEND_CUDA);

@@ -23,8 +23,9 @@ void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice*
 struct ParameterFlags {
   int64_t cells = 0;
   double edge_length = 0;
-  std::string backend, initialization;
-  int iterations = -1;
+  std::string backend, initialization, extraction;
+  int iterations = -1, lattice_points = 108, split_limit = 10;
+  double regularity_weight = 1, jitter = 0.2;
   double sharp_angle = 35, min_quality = 0.25, time_limit_seconds = 0;
   int threads = 0, priority = 50;
   int64_t seed = 1, memory_limit_bytes = 0;
