@@ -94,7 +94,7 @@ std::vector<FaceLink> CountVotes(std::vector<FaceLink> votes) {
 LatticeTransition TransitionBetween(const BackgroundGrid& grid, const LatticeForm& form,
                                     const std::vector<Vec3d>& positions, int64_t i, int64_t j) {
   LatticeTransition step;
-  step.rotation = AxisRotations()[MatchCode(form.frames[i], form.frames[j])];
+  step.rotation = kAxisRotations[MatchCode(form.frames[i], form.frames[j])];
   const AxisFrame frame_i = ToFrame(form.frames[i]), frame_j = ToFrame(form.frames[j]);
   const Vec3d middle = (grid.Position(i) + grid.Position(j)) * 0.5;
   // One lattice point near the middle of the edge, named in both lattices.

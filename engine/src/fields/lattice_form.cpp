@@ -26,7 +26,7 @@ Increments ExpectedIncrements(const BackgroundGrid& grid, const std::vector<Quat
       if (j < 0) continue;
       const Vec3d here = OwnIncrement(frames[i], sizes[i], d, grid.spacing);
       const Vec3d there =
-          AxisRotations()[codes[i][d]].Apply(OwnIncrement(frames[j], sizes[j], d, grid.spacing));
+          kAxisRotations[codes[i][d]].Apply(OwnIncrement(frames[j], sizes[j], d, grid.spacing));
       const Vec3d mean = (here + there) * 0.5;
       increments[i][d] = {static_cast<float>(mean.x), static_cast<float>(mean.y),
                           static_cast<float>(mean.z)};
@@ -65,10 +65,10 @@ class ClosureSystem {
     const int before = (d + 2) % 3, after = (d + 1) % 3;
     Vec3f sum = curls[i][d] - curls[i][before];
     if (const int32_t j = level_.neighbours[i][Opposite(before)]; j >= 0) {
-      sum += AxisRotations()[codes_[j][before]].ApplyInverse(curls[j][before]);
+      sum += kAxisRotations[codes_[j][before]].ApplyInverse(curls[j][before]);
     }
     if (const int32_t j = level_.neighbours[i][Opposite(after)]; j >= 0) {
-      sum -= AxisRotations()[codes_[j][after]].ApplyInverse(curls[j][d]);
+      sum -= kAxisRotations[codes_[j][after]].ApplyInverse(curls[j][d]);
     }
     return sum;
   }
@@ -159,18 +159,16 @@ bool IsRegularSquare(const GridLevel& level, const ForwardCodes& codes, int64_t 
   const int e = (d + 1) % 3;
   const int32_t a = level.neighbours[node][d], b = level.neighbours[node][e];
   if (a < 0 || b < 0 || level.neighbours[a][e] < 0) return false;
-  const auto& rotations = AxisRotations();
-  return Compose(rotations[codes[node][d]], rotations[codes[a][e]]) ==
-         Compose(rotations[codes[node][e]], rotations[codes[b][d]]);
+  return Compose(kAxisRotations[codes[node][d]], kAxisRotations[codes[a][e]]) ==
+         Compose(kAxisRotations[codes[node][e]], kAxisRotations[codes[b][d]]);
 }
 
 Vec3f CurlAround(const GridLevel& level, const ForwardCodes& codes, const Increments& increments,
                  int64_t node, int d) {
   const int e = (d + 1) % 3;
   const int32_t a = level.neighbours[node][d], b = level.neighbours[node][e];
-  const auto& rotations = AxisRotations();
-  return increments[node][d] + rotations[codes[node][d]].Apply(increments[a][e]) -
-         rotations[codes[node][e]].Apply(increments[b][d]) - increments[node][e];
+  return increments[node][d] + kAxisRotations[codes[node][d]].Apply(increments[a][e]) -
+         kAxisRotations[codes[node][e]].Apply(increments[b][d]) - increments[node][e];
 }
 
 absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,

@@ -37,7 +37,7 @@ Eigen::Matrix3d JacobianAt(const BackgroundGrid& grid, const ForwardCodes& codes
     int edges = 0;
     if (level.neighbours[node][d] >= 0) sum += form.increments[node][d], ++edges;
     if (const int32_t j = level.neighbours[node][Opposite(d)]; j >= 0) {
-      sum += AxisRotations()[codes[j][d]].ApplyInverse(form.increments[j][d]);
+      sum += kAxisRotations[codes[j][d]].ApplyInverse(form.increments[j][d]);
       ++edges;
     }
     if (edges == 0) continue;

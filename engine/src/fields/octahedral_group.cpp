@@ -68,6 +68,9 @@ std::array<uint8_t, kRotationCount> MakeInverses() {
 
 }  // namespace
 
+const std::array<AxisRotation, kRotationCount> kAxisRotations = MakeRotations();
+const std::array<uint8_t, kRotationCount> kInverseCodes = MakeInverses();
+
 AxisRotation Compose(const AxisRotation& a, const AxisRotation& b) {
   AxisRotation r;
   for (int k = 0; k < 3; ++k) {
@@ -75,16 +78,6 @@ AxisRotation Compose(const AxisRotation& a, const AxisRotation& b) {
     r.sign[k] = static_cast<int8_t>(a.sign[k] * b.sign[a.source[k]]);
   }
   return r;
-}
-
-const std::array<AxisRotation, kRotationCount>& AxisRotations() {
-  static const std::array<AxisRotation, kRotationCount> kRotations = MakeRotations();
-  return kRotations;
-}
-
-const std::array<uint8_t, kRotationCount>& InverseCodes() {
-  static const std::array<uint8_t, kRotationCount> kInverses = MakeInverses();
-  return kInverses;
 }
 
 Quaternion Multiply(const Quaternion& a, const Quaternion& b) {

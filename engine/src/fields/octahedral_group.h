@@ -37,9 +37,9 @@ struct AxisRotation {
 // a after b.
 AxisRotation Compose(const AxisRotation& a, const AxisRotation& b);
 
-// Indexed by the codes that NearestRotation returns; code 0 is the identity.
-const std::array<AxisRotation, kRotationCount>& AxisRotations();
-const std::array<uint8_t, kRotationCount>& InverseCodes();
+// Indexed by the codes that NearestRotation returns; code 0 is the identity. Made before main.
+extern const std::array<AxisRotation, kRotationCount> kAxisRotations;
+extern const std::array<uint8_t, kRotationCount> kInverseCodes;
 
 Quaternion Multiply(const Quaternion& a, const Quaternion& b);
 inline Quaternion Conjugate(const Quaternion& q) { return {q.w, -q.x, -q.y, -q.z}; }

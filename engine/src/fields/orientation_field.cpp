@@ -88,7 +88,7 @@ ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternio
                              const RunContext& run) {
   ForwardCodes codes(level.count());
   ForEach(run, level.count(), [&](int64_t i) {
-    for (int k = 0; k < kForwardCount; ++k) {
+    for (int k = 0; k < 3; ++k) {
       const int32_t j = level.neighbours[i][k];
       codes[i][k] = j < 0 ? uint8_t{0} : static_cast<uint8_t>(MatchCode(frames[i], frames[j]));
     }

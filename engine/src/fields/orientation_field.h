@@ -26,18 +26,18 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
                                                               const OrientationSettings& settings,
                                                               const ProgressSlice& slice);
 
-// For every node and forward neighbour the code of the rotation that carries the neighbour's
-// lattice coordinates into the node's (octahedral_group.h); 0 where there is no neighbour.
-using ForwardCodes = std::vector<std::array<uint8_t, kForwardCount>>;
+// For every node and its neighbours along +x +y +z the code of the rotation that carries the
+// neighbour's lattice coordinates into the node's (octahedral_group.h); 0 without a neighbour.
+using ForwardCodes = std::vector<std::array<uint8_t, 3>>;
 ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternion>& frames,
                              const RunContext& run);
 
-// The rotation from neighbour k of `node` to `node`, for all 18 neighbours.
+// The rotation from neighbour k of `node` to `node`, for neighbours along the grid's axes.
 inline const AxisRotation& RotationFrom(const GridLevel& level, const ForwardCodes& codes,
                                         int64_t node, int k) {
-  if (k < kForwardCount) return AxisRotations()[codes[node][k]];
+  if (k < kForwardCount) return kAxisRotations[codes[node][k]];
   const int32_t neighbour = level.neighbours[node][k];
-  return AxisRotations()[InverseCodes()[codes[neighbour][k - kForwardCount]]];
+  return kAxisRotations[kInverseCodes[codes[neighbour][k - kForwardCount]]];
 }
 
 // The axis of `frame` nearest to the unit `normal`, and on which side of it.

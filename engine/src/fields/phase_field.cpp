@@ -117,7 +117,7 @@ class PhaseSystem {
                        std::array<float, 6>* sum) const {
     const int64_t j = level_.neighbours[i][d];
     if (j < 0) return;
-    const AxisRotation& rotation = AxisRotations()[codes_[i][d]];
+    const AxisRotation& rotation = kAxisRotations[codes_[i][d]];
     for (int a = 0; a < 3; ++a) {
       const int64_t b = 6 * j + 2 * rotation.source[a];
       const float re = x[b], im = rotation.sign[a] * x[b + 1];
@@ -132,7 +132,7 @@ class PhaseSystem {
                         std::array<float, 6>* sum) const {
     const int64_t j = level_.neighbours[i][Opposite(d)];
     if (j < 0) return;
-    const AxisRotation& rotation = AxisRotations()[codes_[j][d]];
+    const AxisRotation& rotation = kAxisRotations[codes_[j][d]];
     for (int a = 0; a < 3; ++a) {
       const float re = x[6 * j + 2 * a], im = x[6 * j + 2 * a + 1];
       const auto [c, s] = turns_[j][d][a];

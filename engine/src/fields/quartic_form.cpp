@@ -7,7 +7,8 @@ namespace {
 
 // Newton's iteration for the polar rotation squares the error each time: from 45 degrees off to
 // rounding.
-constexpr int kPolarIterations = 6;
+constexpr int kPolarIterations = 8;
+constexpr double kConvergedChange = 1e-14;  // squared; the next change would be its square
 constexpr double kMinDeterminant = 1e-3;
 
 }  // namespace
@@ -48,7 +49,13 @@ bool NearestRotationMatrix(AxisFrame* columns) {
     if (!(determinant > kMinDeterminant)) return false;
     // The transposed inverse has the cofactors as columns.
     const std::array<Vec3d, 3> cofactor{Cross(a[1], a[2]), Cross(a[2], a[0]), Cross(a[0], a[1])};
-    for (int c = 0; c < 3; ++c) a[c] = (a[c] + cofactor[c] / determinant) * 0.5;
+    double change = 0;
+    for (int c = 0; c < 3; ++c) {
+      const Vec3d next = (a[c] + cofactor[c] / determinant) * 0.5;
+      change += SquaredNorm(next - a[c]);
+      a[c] = next;
+    }
+    if (change < kConvergedChange) break;
   }
   return true;
 }

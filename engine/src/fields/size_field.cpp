@@ -10,7 +10,7 @@ namespace {
 
 // A change of an axis' length along that axis is almost free: it costs this share.
 constexpr double kAlongOwnAxis = 0.1;
-// Fixes the common constant; small against the edge weights, whose sum is about ten.
+// Fixes the common constant; small against the edge weights, whose sum is about nine.
 constexpr float kRegularization = 1e-3F;
 
 using Gradients = std::vector<std::array<Vec3f, 3>>;  // [node_count][axis]
@@ -59,8 +59,10 @@ std::array<Vec3f, 3> GradientsAt(const BackgroundGrid& grid, const std::vector<Q
   return gradients;
 }
 
-// The sum over edges of w (s_a(i) - s_b(j) + mean gradient . (x_j - x_i))^2, b the axis of j that
-// a of i turns into.
+// The sum over the grid's axis edges of w (s_a(i) - s_b(j) + mean gradient . (x_j - x_i))^2, b the
+// axis of j that a of i turns into. Axis edges only: with face diagonals the solve takes three
+// times as long and the lattices fit worse, since those are the edges the lattice form closes
+// later.
 class SizeSystem {
  public:
   SizeSystem(const BackgroundGrid& grid, const std::vector<Quaternion>& frames,
@@ -74,10 +76,8 @@ class SizeSystem {
     ForEach(run_, level_.count(), [&](int64_t i) {
       std::array<float, 3> sum;
       for (int a = 0; a < 3; ++a) sum[a] = kRegularization * x[3 * i + a];
-      VisitEdges(i, [&](int32_t j, const AxisRotation& rotation, const float* weight, int) {
-        for (int a = 0; a < 3; ++a) {
-          sum[a] += weight[a] * (x[3 * i + a] - x[3 * int64_t{j} + rotation.source[a]]);
-        }
+      VisitEdges(i, [&](int64_t j, int a, int b, float weight, int) {
+        sum[a] += weight * (x[3 * i + a] - x[3 * j + b]);
       });
       for (int a = 0; a < 3; ++a) product[3 * i + a] = sum[a];
     });
@@ -86,9 +86,7 @@ class SizeSystem {
   std::vector<float> Diagonal() const {
     std::vector<float> diagonal(3 * level_.count(), kRegularization);
     ForEach(run_, level_.count(), [&](int64_t i) {
-      VisitEdges(i, [&](int32_t, const AxisRotation&, const float* weight, int) {
-        for (int a = 0; a < 3; ++a) diagonal[3 * i + a] += weight[a];
-      });
+      VisitEdges(i, [&](int64_t, int a, int, float weight, int) { diagonal[3 * i + a] += weight; });
     });
     return diagonal;
   }
@@ -96,53 +94,44 @@ class SizeSystem {
   std::vector<float> RightSide(const Gradients& gradients) const {
     std::vector<float> rhs(3 * level_.count(), 0.0F);
     ForEach(run_, level_.count(), [&](int64_t i) {
-      VisitEdges(i, [&](int32_t j, const AxisRotation& rotation, const float* weight, int k) {
-        const std::array<int, 3>& offset = kNeighbourOffsets[k];
-        const Vec3f step = ToFloat(Vec3d{double(offset[0]), double(offset[1]), double(offset[2])} *
-                                   (spacing_ / 2));
-        for (int a = 0; a < 3; ++a) {
-          const Vec3f sum = gradients[i][a] + gradients[j][rotation.source[a]];
-          rhs[3 * i + a] -= weight[a] * Dot(sum, step);
-        }
+      VisitEdges(i, [&](int64_t j, int a, int b, float weight, int k) {
+        const int d = k % kForwardCount;
+        const auto step = static_cast<float>(k == d ? spacing_ / 2 : -spacing_ / 2);
+        rhs[3 * i + a] -= weight * step * (gradients[i][a][d] + gradients[j][b][d]);
       });
     });
     return rhs;
   }
 
  private:
-  // visit(neighbour, rotation to i, weights by axis of i, neighbour index).
+  // visit(neighbour, axis of i, axis of the neighbour, weight, neighbour index).
   template <class Visit>
   void VisitEdges(int64_t i, const Visit& visit) const {
-    for (int k = 0; k < kNeighbourCount; ++k) {
-      const int32_t j = level_.neighbours[i][k];
-      if (j < 0) continue;
-      const AxisRotation& rotation = RotationFrom(level_, codes_, i, k);
-      if (k < kForwardCount) {
-        visit(j, rotation, weights_[i][k].data(), k);
-        continue;
+    const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
+    for (int d = 0; d < 3; ++d) {
+      if (const int64_t j = neighbours[d]; j >= 0) {
+        const AxisRotation& rotation = kAxisRotations[codes_[i][d]];
+        for (int a = 0; a < 3; ++a) visit(j, a, rotation.source[a], weights_[i][d][a], d);
       }
-      const std::array<float, 3>& theirs = weights_[j][k - kForwardCount];
-      const std::array<float, 3> mine{theirs[rotation.source[0]], theirs[rotation.source[1]],
-                                      theirs[rotation.source[2]]};
-      visit(j, rotation, mine.data(), k);
+      if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
+        const AxisRotation& rotation = kAxisRotations[codes_[j][d]];
+        for (int b = 0; b < 3; ++b) {
+          visit(j, rotation.source[b], b, weights_[j][d][b], Opposite(d));
+        }
+      }
     }
   }
 
-  // Both ends' weights, summed: the edge counts once from each side.
+  // By the axes of i. Both ends' weights, summed: the edge counts once from each side.
   void SetWeights(const std::vector<Quaternion>& frames, int64_t i) {
     const AxisFrame own = ToFrame(frames[i]);
-    for (int k = 0; k < kForwardCount; ++k) {
-      const int32_t j = level_.neighbours[i][k];
+    for (int d = 0; d < 3; ++d) {
+      const int32_t j = level_.neighbours[i][d];
       if (j < 0) continue;
-      const AxisFrame other = RenamedFrame(frames[j], AxisRotations()[codes_[i][k]]);
-      const std::array<int, 3>& offset = kNeighbourOffsets[k];
-      const Vec3d edge = Normalized(Vec3d{double(offset[0]), double(offset[1]), double(offset[2])});
-      const double base = IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
+      const AxisFrame other = RenamedFrame(frames[j], kAxisRotations[codes_[i][d]]);
       for (int a = 0; a < 3; ++a) {
-        const double c0 = Dot(own.axis[a], edge), c1 = Dot(other.axis[a], edge);
-        // The neighbour's own axis number does not matter here: `other` is renamed.
-        weights_[i][k][a] =
-            static_cast<float>(base * (2 * (1 + kAlongOwnAxis) - c0 * c0 - c1 * c1));
+        const double c0 = own.axis[a][d], c1 = other.axis[a][d];
+        weights_[i][d][a] = static_cast<float>(2 * (1 + kAlongOwnAxis) - c0 * c0 - c1 * c1);
       }
     }
   }
@@ -151,7 +140,7 @@ class SizeSystem {
   const ForwardCodes& codes_;
   const RunContext& run_;
   double spacing_;
-  std::vector<std::array<std::array<float, 3>, kForwardCount>> weights_;
+  std::vector<std::array<std::array<float, 3>, 3>> weights_;  // [node][d][axis]
 };
 
 // Lengths from logarithms: centred, clamped, then rescaled so that cells keep their mean volume.

@@ -28,19 +28,18 @@ double LargestDifference(const AxisFrame& a, const AxisFrame& b) {
 
 TEST(OctahedralGroup, HasTwentyFourDifferentRotations) {
   std::set<std::array<int, 6>> seen;
-  for (const AxisRotation& r : AxisRotations()) {
+  for (const AxisRotation& r : kAxisRotations) {
     seen.insert({r.source[0], r.source[1], r.source[2], r.sign[0], r.sign[1], r.sign[2]});
   }
   EXPECT_EQ(seen.size(), 24U);
-  EXPECT_EQ(AxisRotations()[0], AxisRotation{});
+  EXPECT_EQ(kAxisRotations[0], AxisRotation{});
 }
 
 TEST(OctahedralGroup, ComposingWithTheInverseGivesTheIdentity) {
   for (int code = 0; code < kRotationCount; ++code) {
-    EXPECT_EQ(Compose(AxisRotations()[code], AxisRotations()[InverseCodes()[code]]),
-              AxisRotation{});
+    EXPECT_EQ(Compose(kAxisRotations[code], kAxisRotations[kInverseCodes[code]]), AxisRotation{});
     const Vec3d v{1, 2, 3};
-    EXPECT_EQ(AxisRotations()[code].ApplyInverse(AxisRotations()[code].Apply(v)), v);
+    EXPECT_EQ(kAxisRotations[code].ApplyInverse(kAxisRotations[code].Apply(v)), v);
   }
 }
 
@@ -66,7 +65,7 @@ TEST(OctahedralGroup, TheMatchCodeCarriesCoordinatesFromOneFrameToTheOther) {
   const Quaternion frame = SampleRotations()[7];
   for (int code = 0; code < kRotationCount; ++code) {
     // Frame j with M_j = M_i G: the same vector has coordinates x_i = G x_j.
-    const AxisRotation& rotation = AxisRotations()[code];
+    const AxisRotation& rotation = kAxisRotations[code];
     AxisFrame other;
     for (int row = 0; row < 3; ++row) {
       other.axis[rotation.source[row]] = ToFrame(frame).axis[row] * rotation.sign[row];
