@@ -138,6 +138,10 @@ void HullFeatures::FindCorners(const Hull& hull) {
 
 HullPoint HullFeatures::Closest(const Vec3d& p) const { return hull_->queries->Closest(p); }
 
+bool HullFeatures::IsWithin(const Vec3d& p, double distance) const {
+  return hull_->queries->Closest(p, distance).triangle >= 0;
+}
+
 HullPoint HullFeatures::ClosestOnPatch(int32_t patch, const Vec3d& p) const {
   return patch_queries_[patch]->Closest(p);
 }

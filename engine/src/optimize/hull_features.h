@@ -43,6 +43,7 @@ class HullFeatures {
 
   // Closest point of the whole hull; its `triangle` is an index into the hull's triangles.
   HullPoint Closest(const Vec3d& p) const;
+  bool IsWithin(const Vec3d& p, double distance) const;  // of the whole hull
   // Closest point of one patch; `triangle` is meaningless.
   HullPoint ClosestOnPatch(int32_t patch, const Vec3d& p) const;
   // Closest point of the creases between two patches (a crease that fades out has the same patch

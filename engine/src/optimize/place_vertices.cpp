@@ -27,7 +27,7 @@ constexpr double kRoundTarget = 0.7;
 constexpr int kEvenSweeps = 8;
 constexpr int kAverageSweeps = 6;
 constexpr double kEvenTarget = 0.6;
-constexpr double kAverageTarget = 0.995;
+constexpr double kAverageTarget = 0.99;
 constexpr CornerPenalty kAveragePenalty = {0.6, 8.0};
 // Sweeps end when less than this share of the vertices still moves.
 constexpr double kIdleShare = 0.002;

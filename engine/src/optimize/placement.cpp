@@ -71,19 +71,34 @@ double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Ve
   return worst;
 }
 
-double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& position) {
-  double largest = 0;
-  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
-    const CellFace& face = placement.complex.hull_faces[f];
-    Vec3d middle;
-    for (int j = 0; j < face.count; ++j) {
-      middle += face.v[j] == vertex ? position : placement.complex.vertices[face.v[j]];
-    }
-    middle /= static_cast<double>(face.count);
-    largest = std::max(largest, placement.features.Closest(middle).distance);
+namespace {
+
+// The middle of a hull face, were its corner `vertex` at `position`.
+Vec3d FaceMiddle(const Placement& placement, int32_t f, int32_t vertex, const Vec3d& position) {
+  const CellFace& face = placement.complex.hull_faces[f];
+  Vec3d middle;
+  for (int j = 0; j < face.count; ++j) {
+    middle += face.v[j] == vertex ? position : placement.complex.vertices[face.v[j]];
   }
-  return largest;
+  return middle / static_cast<double>(face.count);
 }
+
+// True if no hull face at the vertex sags by more than it may, or than it did at `start`.
+bool SagIsPermitted(const Placement& placement, int32_t vertex, const Vec3d& start,
+                    const Vec3d& position) {
+  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
+    const Vec3d middle = FaceMiddle(placement, f, vertex, position);
+    if (placement.features.IsWithin(middle, kFreeSag)) continue;
+    const Vec3d middle_before = FaceMiddle(placement, f, vertex, start);
+    if (placement.features.Closest(middle).distance >
+        placement.features.Closest(middle_before).distance) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
 
 MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty,
                      const std::vector<uint8_t>& near_folding)
@@ -115,8 +130,7 @@ bool MoveJudge::Permits(const LocalScore& trial, double floor) {
       agreement < WorstNormalAgreement(placement_, vertex_, start_)) {
     return false;
   }
-  const double sag = LargestSag(placement_, vertex_, tried);
-  return sag <= kFreeSag || sag <= LargestSag(placement_, vertex_, start_);
+  return SagIsPermitted(placement_, vertex_, start_, tried);
 }
 
 }  // namespace amhex

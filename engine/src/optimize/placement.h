@@ -44,10 +44,6 @@ absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const Run
 // `position`, and the hull's normals there; 1 without hull faces.
 double WorstNormalAgreement(const Placement& placement, int32_t vertex, const Vec3d& position);
 
-// Largest distance from the hull of the middles of the hull faces at `vertex`, were it at
-// `position`: how far the faces sag between their vertices. Edge lengths.
-double LargestSag(const Placement& placement, int32_t vertex, const Vec3d& position);
-
 // Judges moves of one vertex. A move may not let any incident cell's scaled Jacobian fall below
 // both what the worst one had and `floor`, nor fold a cell, nor turn a hull face away from the
 // hull.

@@ -15,7 +15,7 @@ constexpr int kMaxHalvings = 4;
 constexpr size_t kCellsPerBlock = 1024;
 // Gains below these are not worth another sweep of the neighbourhood.
 constexpr double kMinRelativeEnergyGain = 1e-4;
-constexpr double kMinSumGain = 1e-5;
+constexpr double kMinSumGain = 1e-4;
 
 // The directions in which the vertex may move, an orthonormal set.
 struct FreeAxes {
