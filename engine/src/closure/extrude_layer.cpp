@@ -15,10 +15,14 @@ namespace {
 // Faces nearer to the hull than this are hull faces themselves, farther ones miss two layers.
 constexpr double kMinFaceDistance = 0.2;
 constexpr double kMaxFaceDistance = 1.45;
+constexpr double kLookStep = 0.3;
 constexpr double kMinNormalCosine = 0.5;
-// A vertex this near counts as being on the hull.
+// A vertex this far below the sheet of the hull that a face looks at is on it; one that lies on
+// the hull already may be a little farther, as hulls are curved.
 constexpr double kOnHullDistance = 0.12;
-constexpr double kMaxVertexDistance = 1.7;
+constexpr double kOnSheetDistance = 0.3;
+// The hull may be this far from where its tangent plane lets one expect it.
+constexpr double kMaxTargetDistance = 0.5;
 // An existing edge to the hull is taken for a column if it rises this steeply.
 constexpr double kMinColumnCosine = 0.5;
 constexpr double kMaxColumnLength = 1.9;
@@ -64,56 +68,75 @@ class Extruder {
   }
 
  private:
-  // Edges of open faces that rise from inside to the hull.
+  // Edges of open faces that end on the hull.
   void CollectColumns(const std::vector<CellFace>& faces) {
     for (const CellFace& face : faces) {
       for (int j = 0; j < face.count; ++j) {
         const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
-        if (on_hull_[a] == on_hull_[b]) continue;
-        columns_[on_hull_[a] ? b : a].insert(on_hull_[a] ? a : b);
+        if (on_hull_[b]) columns_[a].insert(b);
+        if (on_hull_[a]) columns_[b].insert(a);
       }
     }
   }
 
-  // The hull end of the column over `v`; -1 if there is none.
-  int32_t TopOf(int32_t v) {
-    if (on_hull_[v]) return v;
-    const auto [it, inserted] = top_.try_emplace(v, -1);
-    if (!inserted) return it->second;
+  // The hull end of the column over `v` towards the hull at `foot`; -1 if there is none. A vertex
+  // may have several: at an edge of the hull, one column along each sheet.
+  int32_t TopOf(int32_t v, const HullPoint& foot) {
     const Vec3d x = mesh_.vertices()[v];
-    const HullPoint nearest = hull_.queries->Closest(x, kMaxVertexDistance);
-    if (nearest.triangle < 0) return -1;
-    if (nearest.distance < kOnHullDistance) return it->second = v;
-    double best = kMinColumnCosine;
-    if (const auto columns = columns_.find(v); columns != columns_.end()) {
-      for (const int32_t end : columns->second) {
-        const Vec3d d = mesh_.vertices()[end] - x;
-        const double length = Norm(d);
-        if (length > kMaxColumnLength) continue;
-        const double cosine = Dot(d, nearest.normal) / length;
-        if (cosine > best) best = cosine, it->second = end;
-      }
+    const double height = Dot(foot.normal, foot.point - x);
+    if (height < (on_hull_[v] ? kOnSheetDistance : kOnHullDistance)) return v;
+    auto& tops = tops_[v];
+    for (const int32_t top : tops) {
+      if (Rises(x, mesh_.vertices()[top], foot.normal)) return top;
     }
-    if (it->second < 0) {
-      it->second = mesh_.AddVertex(nearest.point);
+    const HullPoint target = hull_.queries->Closest(x + foot.normal * height, kMaxTargetDistance);
+    if (target.triangle < 0 || !Rises(x, target.point, foot.normal)) return -1;
+    int32_t top = ColumnNear(v, target.point);
+    if (top < 0) {
+      top = mesh_.AddVertex(target.point);
       on_hull_.push_back(1);
       used_.push_back(0);
     }
-    return it->second;
+    tops_[v].push_back(top);
+    return top;
   }
 
-  bool LooksAtHull(const CellFace& face) const {
-    const HullPoint nearest =
-        hull_.queries->Closest(FaceCentroid(face, mesh_.vertices()), kMaxFaceDistance);
-    return nearest.triangle >= 0 && nearest.distance > kMinFaceDistance &&
-           Dot(FaceUnitNormal(face, mesh_.vertices()), nearest.normal) > kMinNormalCosine;
+  static bool Rises(const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
+    const double length = Norm(to - from);
+    return length < kMaxColumnLength && Dot(to - from, normal) > kMinColumnCosine * length;
+  }
+
+  // The end of an existing edge that rises from `v` to about `target`.
+  int32_t ColumnNear(int32_t v, const Vec3d& target) const {
+    const auto columns = columns_.find(v);
+    if (columns == columns_.end()) return -1;
+    int32_t best = -1;
+    double distance = kMaxTargetDistance;
+    for (const int32_t end : columns->second) {
+      const double d = Norm(mesh_.vertices()[end] - target);
+      if (d < distance) distance = d, best = end;
+    }
+    return best;
+  }
+
+  // Where the hull lies that an open face looks at, if it does: looked for along the face's
+  // normal, as beside a wall of the hull the nearest point is the wall's.
+  HullPoint FootOf(const CellFace& face) const {
+    const Vec3d centre = FaceCentroid(face, mesh_.vertices());
+    const Vec3d normal = FaceUnitNormal(face, mesh_.vertices());
+    for (double ahead = 0; ahead < kMaxFaceDistance; ahead += kLookStep) {
+      const HullPoint foot = hull_.queries->Closest(centre + normal * ahead, kMaxFaceDistance);
+      if (foot.triangle < 0 || Dot(foot.normal, normal) < kMinNormalCosine) continue;
+      const double height = Dot(foot.point - centre, foot.normal);
+      if (height > kMinFaceDistance && height < kMaxFaceDistance) return foot;
+    }
+    return {};
   }
 
   int ExtrudeCavity(const std::vector<CellFace>& faces) {
     std::vector<int> added;
     int change = 0;  // of the number of open faces
     for (const CellFace& face : faces) {
-      if (!LooksAtHull(face)) continue;
       const int cell = ExtrudeFace(face);
       if (cell < 0) continue;
       added.push_back(cell);
@@ -126,9 +149,11 @@ class Extruder {
   }
 
   int ExtrudeFace(const CellFace& face) {
+    const HullPoint foot = FootOf(face);
+    if (foot.triangle < 0) return -1;
     std::array<int32_t, 4> top{};
     for (int j = 0; j < face.count; ++j) {
-      top[j] = TopOf(face.v[j]);
+      top[j] = TopOf(face.v[j], foot);
       if (top[j] < 0) return -1;
     }
     const auto& v = face.v;
@@ -196,7 +221,7 @@ class Extruder {
   std::vector<int> cells_;
   std::vector<Vec3d> centres_, positions_;
   std::map<int32_t, std::set<int32_t>> columns_;
-  std::map<int32_t, int32_t> top_;
+  std::map<int32_t, std::vector<int32_t>> tops_;
   const PointBins* cell_bins_ = nullptr;
   const PointBins* vertex_bins_ = nullptr;
 };

@@ -1,0 +1,207 @@
+#include "closure/close_complex.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "closure/boundary_defects.h"
+#include "closure/cavities.h"
+#include "closure/extrude_layer.h"
+#include "closure/improve_closure.h"
+#include "closure/star_geometry.h"
+#include "closure/working_mesh.h"
+#include "fixtures/solids.h"
+#include "optimize/cell_quality.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridSize;
+
+// The box [0, n] as a hull in the grid's own units.
+Hull BoxHull(const GridSize& n) {
+  TriangleMesh box = fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 1.0);
+  Box3d bounds;
+  for (const Vec3d& p : box.vertices) bounds.Extend(p);
+  for (Vec3d& p : box.vertices) p -= bounds.low;
+  return testing_support::HullOfMesh(box);
+}
+
+double Volume(const CellComplex& complex) {
+  double volume = 0;
+  for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
+  return volume;
+}
+
+// Removes cells at random; their neighbours' faces open, their hull faces vanish.
+CellComplex WithHoles(const CellComplex& complex, double share, unsigned seed) {
+  WorkingMesh mesh(complex);
+  std::minstd_rand random(seed);
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (random() < share * double(std::minstd_rand::max())) mesh.RemoveCell(cell);
+  }
+  return mesh.ToComplex();
+}
+
+void ExpectClosedAndPositive(const CellComplex& complex) {
+  const WorkingMesh mesh(complex);
+  EXPECT_TRUE(mesh.OpenFaces().empty());
+  for (const CellCorners& cell : complex.cells) {
+    EXPECT_GT(CellVolume(cell, complex.vertices), 0);
+    EXPECT_GT(ScaledJacobian(cell, complex.vertices), 0);
+  }
+}
+
+TEST(WorkingMesh, RefusesASecondCellOnTheSameSideOfAFace) {
+  WorkingMesh mesh(GridComplex({1, 1, 1}));
+  EXPECT_EQ(mesh.AddCell(mesh.corners(0)), -1);
+}
+
+TEST(WorkingMesh, RemovingACellOpensItsNeighboursAndTakesItsHullFaces) {
+  WorkingMesh mesh(GridComplex({2, 1, 1}));
+  EXPECT_TRUE(mesh.OpenFaces().empty());
+  mesh.RemoveCell(0);
+  EXPECT_EQ(mesh.OpenFaces().size(), 1u);
+  EXPECT_EQ(mesh.ToComplex().hull_faces.size(), 5u);
+}
+
+TEST(Cavities, EachHoleOfAGridIsOneCavity) {
+  WorkingMesh mesh(GridComplex({5, 5, 5}));
+  mesh.RemoveCell(31);  // (1, 1, 1)
+  mesh.RemoveCell(93);  // (3, 3, 3)
+  const Cavities cavities = CollectCavities(mesh);
+  ASSERT_EQ(cavities.count(), 2);
+  EXPECT_EQ(cavities.faces[0].size(), 6u);
+  EXPECT_TRUE(BoundaryLoops(cavities.faces[0]).empty());
+}
+
+TEST(BoundaryLoops, AHoleAtTheHullHasOneLoop) {
+  WorkingMesh mesh(GridComplex({3, 3, 3}));
+  mesh.RemoveCell(4);  // the middle of the bottom
+  const Cavities cavities = CollectCavities(mesh);
+  ASSERT_EQ(cavities.count(), 1);
+  const auto loops = BoundaryLoops(cavities.faces[0]);
+  ASSERT_EQ(loops.size(), 1u);
+  EXPECT_EQ(loops[0].size(), 4u);
+}
+
+TEST(Star, KernelOfACubeIsItsCentre) {
+  WorkingMesh mesh(GridComplex({3, 3, 3}));
+  mesh.RemoveCell(13);
+  const Cavities cavities = CollectCavities(mesh);
+  std::vector<KernelPlane> planes;
+  for (const CellFace& face : cavities.faces[0]) {
+    AppendKernelPlanes(face, mesh.vertices(), &planes);
+  }
+  const KernelPoint kernel = FindKernel(planes, {1.2, 1.3, 1.6});
+  EXPECT_NEAR(kernel.depth, 0.5, 0.02);
+  EXPECT_NEAR(SolidAngle(cavities.faces[0], {1.5, 1.5, 1.5}, mesh.vertices()), 4 * std::numbers::pi,
+              1e-9);
+}
+
+TEST(CloseComplex, AFinishedGridComesBackUnchanged) {
+  const GridSize n{4, 3, 2};
+  RunContext run;
+  const auto closed = CloseComplex(GridComplex(n), BoxHull(n), {}, run);
+  ASSERT_TRUE(closed.ok()) << closed.status();
+  EXPECT_EQ(closed->cells.size(), 24u);
+}
+
+TEST(CloseComplex, LeavesNoOpenFaceOnHundredsOfRandomHoles) {
+  const GridSize n{6, 6, 6};
+  const Hull hull = BoxHull(n);
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    RunContext run;
+    const double share = 0.02 * seed;  // up to a quarter of the cells
+    const auto closed = CloseComplex(WithHoles(GridComplex(n), share, seed), hull, {}, run);
+    ASSERT_TRUE(closed.ok()) << closed.status();
+    const WorkingMesh mesh(*closed);
+    EXPECT_TRUE(mesh.OpenFaces().empty());
+    EXPECT_TRUE(FindBoundaryDefects(mesh, hull).empty());
+    // Corners of the box may be cut where all cells at them are gone.
+    EXPECT_NEAR(Volume(*closed), 216.0, 216.0 * 0.03);
+  }
+}
+
+TEST(CloseComplex, ShakenVerticesStillClose) {
+  const GridSize n{5, 5, 5};
+  const Hull hull = BoxHull(n);
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    CellComplex grid = GridComplex(n);
+    std::minstd_rand random(seed);
+    for (Vec3d& p : grid.vertices) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const bool interior = p[axis] > 0.5 && p[axis] < 4.5;
+        if (interior) p[axis] += 0.25 * (double(random()) / double(std::minstd_rand::max()) - 0.5);
+      }
+    }
+    RunContext run;
+    const auto closed = CloseComplex(WithHoles(grid, 0.1, seed), hull, {}, run);
+    ASSERT_TRUE(closed.ok()) << closed.status();
+    EXPECT_TRUE(WorkingMesh(*closed).OpenFaces().empty());
+  }
+}
+
+TEST(CloseComplex, StopsWhenAsked) {
+  const GridSize n{4, 4, 4};
+  RunContext run;
+  run.RequestStop();
+  const auto closed = CloseComplex(WithHoles(GridComplex(n), 0.2, 3), BoxHull(n), {}, run);
+  EXPECT_EQ(closed.status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(CloseComplex, IsTheSameEveryTime) {
+  const GridSize n{5, 5, 5};
+  const Hull hull = BoxHull(n);
+  RunContext first, second;
+  const auto a = CloseComplex(WithHoles(GridComplex(n), 0.15, 9), hull, {}, first);
+  const auto b = CloseComplex(WithHoles(GridComplex(n), 0.15, 9), hull, {}, second);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->cells, b->cells);
+  EXPECT_TRUE(a->vertices == b->vertices);
+}
+
+TEST(ExtrudeToHull, RestoresAMissingLayerAsHexahedra) {
+  const GridSize n{4, 4, 4};
+  const Hull hull = BoxHull(n);
+  WorkingMesh mesh(GridComplex(n));
+  for (int cell = 0; cell < 16; ++cell) mesh.RemoveCell(cell);  // the whole bottom layer
+  EXPECT_EQ(ExtrudeToHull(hull, &mesh), 16);
+  EXPECT_TRUE(mesh.OpenFaces().empty());
+  const CellComplex complex = mesh.ToComplex();
+  EXPECT_EQ(complex.cells.size(), 64u);
+  EXPECT_NEAR(Volume(complex), 64.0, 1e-9);
+  ExpectClosedAndPositive(complex);
+}
+
+TEST(BoundaryDefects, CubesThatTouchAtAnEdgeAreFound) {
+  const GridSize n{2, 2, 1};
+  WorkingMesh mesh(GridComplex(n));
+  mesh.RemoveCell(0);
+  mesh.RemoveCell(3);
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  EXPECT_FALSE(FindBoundaryDefects(mesh, BoxHull(n)).empty());
+}
+
+TEST(RepairCells, NeverLeavesAClosedComplexOpen) {
+  const GridSize n{5, 5, 5};
+  const Hull hull = BoxHull(n);
+  RunContext run;
+  const auto closed = CloseComplex(WithHoles(GridComplex(n), 0.15, 4), hull, {}, run);
+  ASSERT_TRUE(closed.ok());
+  const auto joined = JoinStars(*closed, hull, run);
+  ASSERT_TRUE(joined.ok());
+  EXPECT_LE(joined->cells.size(), closed->cells.size());
+  const auto repaired = RepairCells(*joined, hull, 0.3, 4, run);
+  ASSERT_TRUE(repaired.ok());
+  EXPECT_TRUE(WorkingMesh(repaired->complex).OpenFaces().empty());
+}
+
+}  // namespace
+}  // namespace amhex
