@@ -68,12 +68,19 @@ stop_server
 nohup "$amhexd" --listen "$server" --data-dir "$folder/data" \
   --metrics-listen "127.0.0.1:$metrics_port" >"$folder/amhexd.log" 2>&1 </dev/null &
 echo $! >"$pid_file"
-for _ in $(seq 100); do
-  if "$amhex" info --server "$server" >"$folder/info.txt" 2>&1; then break; fi
-  kill -0 "$(cat "$pid_file")" 2>/dev/null || { cat "$folder/amhexd.log" >&2; fail "the server ended"; }
-  sleep 0.1
+# Up once it answers and its worker has said which engine it is.
+for _ in $(seq 150); do
+  "$amhex" info --server "$server" --patience 1 >"$folder/info.txt" 2>&1 || true
+  if grep -q "engine amhex" "$folder/info.txt"; then break; fi
+  if ! kill -0 "$(cat "$pid_file")" 2>/dev/null; then
+    cat "$folder/amhexd.log" >&2
+    rm -f "$pid_file"
+    fail "the server ended"
+  fi
+  sleep 0.2
 done
-"$amhex" info --server "$server"
+grep -q "engine amhex" "$folder/info.txt" || fail "the server does not answer: $(cat "$folder/info.txt")"
+grep -v "limits\." "$folder/info.txt"
 
 say "4/5  A scan: a machined bracket seen by simulated scanners, Draco-compressed"
 "$amhex" demo --out "$folder/demo.drc"
