@@ -11,12 +11,22 @@ namespace {
 HullQueries QueriesOf(const TriangleMesh& mesh) { return {mesh.vertices, mesh.triangles}; }
 
 constexpr int kNeighbours = 28;
-// Radius of a sample's influence in its own spacing: random samples need some 20 in reach.
+// Radius of the samples' influence, in the mean spacing of this many nearest ones: random samples
+// need some 20 in reach.
 constexpr double kInfluenceRatio = 2.8;
+constexpr size_t kSpacingNeighbours = 8;
 // Distance from the nearest sample, in its spacing, up to which the samples alone decide, and from
 // which on the winding number does.
 constexpr double kNearRatio = 1.3;
 constexpr double kFarRatio = 2.6;
+// This near to a sample its plane decides alone; farther off, a winding number below the first
+// bound is outside and one above the second is inside, whatever the planes say: less than at the
+// tip of most corners, more than in the bottom of most grooves.
+constexpr double kTrustedRatio = 0.5;
+constexpr double kSurelyOutside = 0.1;
+constexpr double kSurelyInside = 0.9;
+// Farther from the planes than this share of the samples' reach, the surface is none of theirs.
+constexpr double kOffPlanes = 0.05;
 // Robustness of Oztireli et al.: widths for residuals, in the sample's radius, and for normals.
 constexpr double kResidualWidth = 0.5;
 constexpr double kNormalWidth = 0.8;
@@ -37,7 +47,7 @@ struct CloudField::Reach {
   std::vector<Vec3d> position, normal;
   std::vector<double> weight;  // of the smooth falloff alone
   std::vector<double> fall;    // 1 - (distance / radius)^2
-  std::vector<double> radius;
+  double radius = 0;
 };
 
 // Robust implicit moving least squares over one smooth piece.
@@ -52,13 +62,12 @@ void CloudField::FitPiece(const Vec3d& p, const Reach& reach, const SmoothPieces
       const double value = Dot(offset, reach.normal[i]);
       double trust = 1;
       if (iteration > 0) {
-        const double residual = (value - local.distance) / (kResidualWidth * reach.radius[i]);
+        const double residual = (value - local.distance) / (kResidualWidth * reach.radius);
         const double turn = Norm(reach.normal[i] - local.gradient) / kNormalWidth;
         trust = std::exp(-residual * residual - turn * turn);
       }
       const double weight = trust * reach.weight[i];
-      const Vec3d gradient =
-          offset * (-8 * weight / (reach.fall[i] * reach.radius[i] * reach.radius[i]));
+      const Vec3d gradient = offset * (-8 * weight / (reach.fall[i] * reach.radius * reach.radius));
       weights += weight, weighted_values += weight * value;
       weight_gradient += gradient, value_gradient += gradient * value;
       normals += reach.normal[i] * weight;
@@ -74,22 +83,26 @@ CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
   std::vector<PointTree::Neighbour> near;
   tree_.Nearest(p, kNeighbours, near);
   const auto nearest = static_cast<size_t>(near.front().index);
-  const double ratio = std::sqrt(near.front().squared_distance) / samples_.spacing[nearest];
   Local local;
-  local.nearness = std::clamp((kFarRatio - ratio) / (kFarRatio - kNearRatio), 0.0, 1.0);
+  const size_t spacing_count = std::min(near.size(), kSpacingNeighbours);
+  for (size_t k = 0; k < spacing_count; ++k) {
+    local.unit += kInfluenceRatio * samples_.spacing[static_cast<size_t>(near[k].index)];
+  }
+  local.unit /= static_cast<double>(spacing_count);
+  local.ratio = std::sqrt(near.front().squared_distance) / samples_.spacing[nearest];
+  local.nearness = std::clamp((kFarRatio - local.ratio) / (kFarRatio - kNearRatio), 0.0, 1.0);
   if (local.nearness <= 0) return local;
   Reach reach;
+  reach.radius = local.unit;
   for (const auto& n : near) {
     const auto i = static_cast<size_t>(n.index);
-    const double radius = kInfluenceRatio * samples_.spacing[i];
-    const double fall = 1 - n.squared_distance / (radius * radius);
+    const double fall = 1 - n.squared_distance / (reach.radius * reach.radius);
     if (fall <= kLeastFall) continue;
     reach.sample.push_back(n.index);
     reach.position.push_back(samples_.position[i]);
     reach.normal.push_back(samples_.normal[i]);
     reach.weight.push_back(fall * fall * fall * fall);
     reach.fall.push_back(fall);
-    reach.radius.push_back(radius);
   }
   if (reach.sample.empty()) return local;
   const SmoothPieces pieces = FindSmoothPieces(reach.position, reach.normal, reach.weight);
@@ -97,7 +110,7 @@ CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
   std::array<double, kMaxPieces> distance{};
   for (int piece = 0; piece < pieces.count; ++piece) {
     Local& fit = fits[static_cast<size_t>(piece)];
-    fit.nearness = local.nearness;
+    fit = local;
     FitPiece(p, reach, pieces, static_cast<uint8_t>(piece), fit);
     distance[static_cast<size_t>(piece)] = fit.distance;
   }
@@ -106,19 +119,20 @@ CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
 
 double CloudField::Value(const Vec3d& p) const {
   const Local local = MovingLeastSquares(p);
-  if (local.is_near && local.nearness >= 1) return local.distance;
-  const PointTree::Neighbour nearest = tree_.Nearest(p);
-  const double unit = kInfluenceRatio * samples_.spacing[static_cast<size_t>(nearest.index)];
-  const double by_winding = (0.5 - discs_.WindingNumber(p)) * unit;
+  if (local.is_near && local.ratio < kTrustedRatio) return local.distance;
+  const double winding = discs_.WindingNumber(p);
+  const double by_winding = (0.5 - winding) * local.unit;
   if (!local.is_near) return by_winding;
-  return local.nearness * local.distance + (1 - local.nearness) * by_winding;
+  const double value = local.nearness * local.distance + (1 - local.nearness) * by_winding;
+  return std::min(std::max(value, (kSurelyOutside - winding) * local.unit),
+                  (kSurelyInside - winding) * local.unit);
 }
 
 Vec3d CloudField::Normal(const Vec3d& p, double spacing) const {
   const Local local = MovingLeastSquares(p);
-  if (local.is_near && local.nearness >= 1 && Norm(local.gradient) > 0.1) {
-    return Normalized(local.gradient);
-  }
+  const bool is_of_planes =
+      local.is_near && local.nearness >= 1 && std::abs(local.distance) < kOffPlanes * local.unit;
+  if (is_of_planes && Norm(local.gradient) > 0.1) return Normalized(local.gradient);
   const double step = spacing / 4;
   const auto slope = [&](const Vec3d& d) { return Value(p + d) - Value(p - d); };
   return Normalized(Vec3d{slope({step, 0, 0}), slope({0, step, 0}), slope({0, 0, step})});

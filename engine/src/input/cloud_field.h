@@ -11,7 +11,8 @@ namespace amhex {
 
 // Near samples: robust implicit moving least squares (Oztireli et al. 2009), its radius following
 // the local spacing; where faces meet sharply each has its own, and their solid's edge is kept
-// sharp (after Ohtake et al. 2003). Away from them: one half minus the winding number
+// sharp (after Ohtake et al. 2003). Where that goes on past the last sample of a face, a winding
+// number of next to nothing ends it. Away from them: one half minus the winding number
 // of the samples' discs (Barill et al. 2018), which spans openings. Blended in between.
 class CloudField : public SurfaceField {
  public:
@@ -26,6 +27,8 @@ class CloudField : public SurfaceField {
  private:
   struct Local {
     bool is_near = false;  // some sample's radius reaches the point
+    double unit = 0;       // radius of the samples' influence
+    double ratio = 0;      // distance to the nearest sample in its spacing
     double distance = 0;   // signed, of the moving least squares surface
     Vec3d gradient;
     double nearness = 0;  // [0, 1]; 1 = only the samples decide

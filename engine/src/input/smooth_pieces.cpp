@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kSmallestAngle = 40.0 * 3.14159265358979323846 / 180;
 constexpr double kLargestSpreadRatio = 0.18;
-constexpr int kFewestSamples = 3;
+constexpr int kFewestSamples = 2;  // one may be an outlier
 constexpr int kRounds = 4;
 
 double AngleBetween(const Vec3d& a, const Vec3d& b) {
