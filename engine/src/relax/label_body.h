@@ -18,7 +18,7 @@ namespace amhex {
 
 inline constexpr int32_t kNoOwner = -1;
 inline constexpr float kSquareRootOfThree = 1.7320508f;
-// First guess of how far from a tile its owners lie, in the largest size: enough nearly always.
+// First guess of how far from a tile its owners lie, in their own sizes: enough nearly always.
 inline constexpr float kFirstReach = 1.75f;
 
 struct LabelTileBody {
@@ -37,8 +37,8 @@ struct LabelTileBody {
     Vec3f centre;
     float half_width = 0;
     int32_t is_inside = 0;
-    float limit = 0;                 // owners are nearer than this, in cell sizes
-    float reach = 0;                 // and within this distance of the cube, edge lengths
+    float limit = 0;  // owners are nearer than this, in cell sizes
+    float reach = 0;  // and within this distance of the cube in space, in their own largest size
     float block_bound[kTileBlocks];  // upper bound of the owners' distances, in cell sizes
   };
 
@@ -104,27 +104,29 @@ struct LabelTileBody {
     return item.is_inside != 0 ? inside : ~inside;
   }
 
-  // How far in space a site at Chebyshev distance `bound` can be: sqrt(3) times its size.
-  AMHEX_HD float ReachOf(float bound) const {
-    return kSquareRootOfThree * largest_size * (bound + kCullSlack);
+  // How far in space a site at Chebyshev distance `bound` can be, in its largest size.
+  AMHEX_HD float ReachOf(float bound) const { return kSquareRootOfThree * (bound + kCullSlack); }
+  // Half width of the cube that holds every site within reach.
+  AMHEX_HD float SearchRadius(const Search& search) const {
+    return search.half_width + search.reach * largest_size;
   }
   AMHEX_HD bool HasSeenAll(const Search& search) const {
     const int32_t longest = Larger(bins.count_x, Larger(bins.count_y, bins.count_z));
-    return search.reach > bins.bin_size * static_cast<float>(longest);
+    return search.reach * largest_size > bins.bin_size * static_cast<float>(longest);
   }
   // Whether a site is of the tile's side and near enough to its cube.
   AMHEX_HD bool IsWithinReach(const Search& search, const SiteMetric& site) const {
+    const float reach = search.reach * site.size;
     const float dx = Larger(AbsoluteValue(site.x - search.centre.x) - search.half_width, 0.0f);
     const float dy = Larger(AbsoluteValue(site.y - search.centre.y) - search.half_width, 0.0f);
     const float dz = Larger(AbsoluteValue(site.z - search.centre.z) - search.half_width, 0.0f);
-    return dx * dx + dy * dy + dz * dz <= search.reach * search.reach &&
-           site.is_inside == search.is_inside;
+    return dx * dx + dy * dy + dz * dz <= reach * reach && site.is_inside == search.is_inside;
   }
 
   // Collects every site that may own a point of the tile, by id; false if there are too many.
   // Widens the search until some site bounds the distances from above, or all have been seen.
   AMHEX_HD bool Gather(Search& search, LabelCandidates& candidates) const {
-    search.reach = kFirstReach * largest_size;
+    search.reach = kFirstReach;
     while (true) {
       const bool fits = CollectWithin(search, candidates);
       candidates.Load(metric.data);
@@ -142,7 +144,7 @@ struct LabelTileBody {
   AMHEX_HD bool CollectWithin(const Search& search, LabelCandidates& candidates) const {
     bool fits = true;
     candidates.count = 0;
-    VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
+    VisitSlotsNear(bins, search.centre, SearchRadius(search), [&](int64_t slot) {
       if (!IsWithinReach(search, metric[slot])) return;
       if (candidates.count == kCandidateCapacity) {
         fits = false;
@@ -215,7 +217,7 @@ struct LabelTileBody {
   AMHEX_HD int32_t OwnerByScan(const Search& search, const Vec3f& position) const {
     float nearest = search.limit;
     int32_t owner = kNoOwner;
-    VisitSlotsNear(bins, search.centre, search.half_width + search.reach, [&](int64_t slot) {
+    VisitSlotsNear(bins, search.centre, SearchRadius(search), [&](int64_t slot) {
       if (metric[slot].is_inside != search.is_inside) return;
       const float distance = ChebyshevDistance(metric[slot], position);
       const int32_t id = bins.ids[slot];

@@ -41,7 +41,7 @@ __device__ inline void CollectTogether(const LabelTileBody& body,
                                        const LabelTileBody::Search& search,
                                        SharedCandidates& shared) {
   const BinGrid& bins = body.bins;
-  const float radius = search.half_width + search.reach;
+  const float radius = body.SearchRadius(search);
   const Vec3f& c = search.centre;
   const int32_t low_x = bins.CoordinateOf(c.x - radius, bins.count_x);
   const int32_t high_x = bins.CoordinateOf(c.x + radius, bins.count_x);
@@ -98,7 +98,7 @@ __device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::S
                                      const Vec3f& block_centre, SharedCandidates& shared) {
   const int warp = threadIdx.x / kWarpWidth;
   const float block_half_width = static_cast<float>(body.BlockHalfWidth());
-  search.reach = kFirstReach * body.largest_size;
+  search.reach = kFirstReach;
   while (true) {
     __syncthreads();
     if (threadIdx.x == 0) shared.found = 0;

@@ -20,6 +20,7 @@ struct SiteMetric {
   float x = 0, y = 0, z = 0;  // edge lengths, domain frame
   float row[9] = {};          // axis a divided by the size along it: row[3 * a + component]
   float reach[3] = {};        // L1 norm of each row: its growth per unit step along all world axes
+  float size = 1;             // largest of the cell along its axes, edge lengths
   int32_t is_inside = 0;
 };
 
@@ -90,6 +91,7 @@ struct SiteMetricBody {
       result.row[3 * axis + 2] = row.z;
       result.reach[axis] = AbsoluteValue(row.x) + AbsoluteValue(row.y) + AbsoluteValue(row.z);
     }
+    result.size = Larger(size[site].x, Larger(size[site].y, size[site].z));
     result.is_inside = is_inside[site];
     metric[slot] = result;
   }

@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
                     ParityCase{"CoarseLattice", fixtures::MakeSphere(4, 0.5), 20, 8},
                     ParityCase{"PaperLattice", fixtures::MakeSphere(3, 0.5), 10, 1728},
                     ParityCase{"Twisted", fixtures::MakeTwistedBox({5, 5, 8}, 1.0, 0.6), 40, 108}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& instance) { return std::string(instance.param.name); });
 
 }  // namespace
 }  // namespace amhex
