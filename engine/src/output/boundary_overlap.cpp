@@ -13,11 +13,15 @@
 namespace amhex {
 namespace {
 
-constexpr int64_t kMaxSamples = 20000;
+constexpr int64_t kMaxCellSamples = 20'000;
+constexpr int64_t kMaxBoundarySamples = 200'000;
 // A second covering changes the winding number by 1; dipoles err by a few hundredths.
 constexpr double kWindingTolerance = 0.25;
-// Distance of the samples from a face, in fractions of its mean edge.
-constexpr double kFaceOffset = 1e-3;
+// Distance of the samples from a face or edge, in fractions of the face's mean edge or the edge.
+constexpr double kOffset = 1e-3;
+// Two faces that fold back on each other around an edge leave no direction that is plainly outside;
+// such slits are the boundary's topology to find.
+constexpr double kLeastBisector = 0.05;
 
 struct Tally {
   int64_t failures = 0;
@@ -27,14 +31,23 @@ struct Tally {
   }
 };
 
-// Sums `winding_error(i)` over every stride-th index; counts errors beyond the tolerance.
-Tally TallySamples(int64_t sample_count, int64_t stride,
+// Every stride-th of `count` items, at most about `limit` of them.
+struct Selection {
+  int64_t stride = 1;
+  int64_t count = 0;
+  Selection(int64_t item_count, int64_t limit)
+      : stride(std::max<int64_t>(1, (item_count + limit - 1) / limit)),
+        count((item_count + stride - 1) / stride) {}
+};
+
+// Counts the selected items whose winding error exceeds the tolerance.
+Tally TallySamples(const Selection& selection,
                    const std::function<double(int64_t)>& winding_error) {
   return tbb::parallel_reduce(
-      tbb::blocked_range<int64_t>(0, sample_count, 256), Tally{},
+      tbb::blocked_range<int64_t>(0, selection.count, 256), Tally{},
       [&](const tbb::blocked_range<int64_t>& range, Tally tally) {
         for (int64_t i = range.begin(); i < range.end(); ++i) {
-          const double error = winding_error(i * stride);
+          const double error = winding_error(i * selection.stride);
           if (!(error <= kWindingTolerance)) ++tally.failures;
           tally.worst = std::max(tally.worst, error);
         }
@@ -78,34 +91,90 @@ BoundaryTriangles TriangulateBoundary(const std::vector<BoundaryFace>& boundary,
   return result;
 }
 
+namespace {
+
+// A directed edge of a boundary face and the unit normal of the surface triangle at it.
+struct BoundaryEdge {
+  int32_t low = 0, high = 0;
+  Vec3d normal;
+};
+
+// Both uses of every edge, next to each other.
+std::vector<BoundaryEdge> PairedEdges(const std::vector<BoundaryFace>& boundary,
+                                      const std::vector<Vec3d>& vertices) {
+  std::vector<BoundaryEdge> edges;
+  edges.reserve(boundary.size() * 4);
+  for (const BoundaryFace& b : boundary) {
+    const OutwardFace& face = b.face;
+    const Vec3d centre = FaceCentre(face, vertices);
+    for (int j = 0; j < face.count; ++j) {
+      const int32_t from = face.v[j], to = face.v[(j + 1) % face.count];
+      const Vec3d& start = vertices[from];
+      const Vec3d normal = Normalized(Cross(vertices[to] - start, centre - start));
+      edges.push_back({std::min(from, to), std::max(from, to), normal});
+    }
+  }
+  std::stable_sort(edges.begin(), edges.end(), [](const BoundaryEdge& a, const BoundaryEdge& b) {
+    return a.low != b.low ? a.low < b.low : a.high < b.high;
+  });
+  return edges;
+}
+
+void MeasureCellOverlap(const std::vector<CellCorners>& cells, const std::vector<Vec3d>& vertices,
+                        const HullQueries& queries, OverlapReport& report) {
+  const Selection selection(static_cast<int64_t>(cells.size()), kMaxCellSamples);
+  const Tally tally = TallySamples(selection, [&](int64_t c) {
+    return std::abs(queries.WindingNumber(MapCentre(cells[c], vertices)) - 1);
+  });
+  report.cell_samples = selection.count;
+  report.overlapped_cells = tally.failures;
+  report.worst_cell_winding_error = tally.worst;
+}
+
+void MeasureFaceOverlap(const std::vector<BoundaryFace>& boundary,
+                        const std::vector<Vec3d>& vertices, const HullQueries& queries,
+                        OverlapReport& report) {
+  const Selection selection(static_cast<int64_t>(boundary.size()), kMaxBoundarySamples);
+  const Tally tally = TallySamples(selection, [&](int64_t f) {
+    const OutwardFace& face = boundary[f].face;
+    const Vec3d centre = FaceCentre(face, vertices);
+    const Vec3d area = AreaVector(face, vertices);
+    const Vec3d offset = Normalized(area) * (kOffset * std::sqrt(Norm(area)));
+    return std::max(std::abs(queries.WindingNumber(centre - offset) - 1),
+                    std::abs(queries.WindingNumber(centre + offset)));
+  });
+  report.face_samples = selection.count;
+  report.overlapped_faces = tally.failures;
+}
+
+void MeasureEdgeOverlap(const std::vector<BoundaryFace>& boundary,
+                        const std::vector<Vec3d>& vertices, const HullQueries& queries,
+                        OverlapReport& report) {
+  const std::vector<BoundaryEdge> edges = PairedEdges(boundary, vertices);
+  const Selection selection(static_cast<int64_t>(edges.size() / 2), kMaxBoundarySamples);
+  const Tally tally = TallySamples(selection, [&](int64_t e) {
+    const BoundaryEdge& edge = edges[2 * e];
+    const Vec3d bisector = edge.normal + edges[2 * e + 1].normal;
+    if (Norm(bisector) < kLeastBisector) return 0.0;
+    const Vec3d &a = vertices[edge.low], &b = vertices[edge.high];
+    const Vec3d outside = (a + b) / 2.0 + Normalized(bisector) * (kOffset * Norm(b - a));
+    return std::abs(queries.WindingNumber(outside));
+  });
+  report.edge_samples = selection.count;
+  report.overlapped_edges = tally.failures;
+}
+
+}  // namespace
+
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
                              const std::vector<Vec3d>& vertices) {
   OverlapReport report;
   const BoundaryTriangles surface = TriangulateBoundary(boundary, vertices);
   const HullQueries queries(surface.vertices, surface.triangles);
-
-  const int64_t cell_count = static_cast<int64_t>(cells.size());
-  const int64_t cell_stride = std::max<int64_t>(1, (cell_count + kMaxSamples - 1) / kMaxSamples);
-  report.cell_samples = (cell_count + cell_stride - 1) / cell_stride;
-  const Tally cell_tally = TallySamples(report.cell_samples, cell_stride, [&](int64_t c) {
-    return std::abs(queries.WindingNumber(MapCentre(cells[c], vertices)) - 1);
-  });
-  report.overlapped_cells = cell_tally.failures;
-  report.worst_cell_winding_error = cell_tally.worst;
-
-  const int64_t face_count = static_cast<int64_t>(boundary.size());
-  const int64_t face_stride = std::max<int64_t>(1, (face_count + kMaxSamples - 1) / kMaxSamples);
-  report.face_samples = (face_count + face_stride - 1) / face_stride;
-  const Tally face_tally = TallySamples(report.face_samples, face_stride, [&](int64_t f) {
-    const OutwardFace& face = boundary[f].face;
-    const Vec3d centre = FaceCentre(face, vertices);
-    const Vec3d area = AreaVector(face, vertices);
-    const Vec3d offset = Normalized(area) * (kFaceOffset * std::sqrt(Norm(area)));
-    return std::max(std::abs(queries.WindingNumber(centre - offset) - 1),
-                    std::abs(queries.WindingNumber(centre + offset)));
-  });
-  report.overlapped_faces = face_tally.failures;
+  MeasureCellOverlap(cells, vertices, queries, report);
+  MeasureFaceOverlap(boundary, vertices, queries, report);
+  MeasureEdgeOverlap(boundary, vertices, queries, report);
   return report;
 }
 

@@ -2,7 +2,8 @@
 //
 // A closed conforming complex of positive cells covers a point as often as the boundary winds
 // around it. Once at every cell means no overlap; once just inside and never just outside of every
-// boundary face means that no sheet of the boundary lies in, or touches, another part of the mesh.
+// boundary face, and never just outside of every boundary edge, means that no sheet of the boundary
+// dips into, or touches, another part of the mesh.
 #pragma once
 
 #include <array>
@@ -20,11 +21,13 @@ struct OverlapReport {
   int64_t overlapped_cells = 0;  // samples around which the boundary does not wind exactly once
   int64_t face_samples = 0;
   int64_t overlapped_faces = 0;  // samples not covered once inside and never outside
+  int64_t edge_samples = 0;
+  int64_t overlapped_edges = 0;  // samples covered just outside of a boundary edge
   double worst_cell_winding_error = 0;
 };
 
-// Requires a closed boundary. At most ~20,000 cells and as many boundary faces are sampled, evenly
-// by index. O((samples + faces) log faces).
+// Requires a closed manifold boundary. At most ~20,000 cells and ~200,000 boundary faces and edges
+// each are sampled, evenly by index. O((samples + faces) log faces).
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
                              const std::vector<Vec3d>& vertices);

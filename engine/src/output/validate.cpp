@@ -117,6 +117,7 @@ std::vector<NamedCount> Faults(const ValidationReport& r) {
       {"hanging faces", r.boundary.hanging_face_count},
       {"overlapped cell samples", r.overlap.overlapped_cells},
       {"overlapped boundary faces", r.overlap.overlapped_faces},
+      {"overlapped boundary edges", r.overlap.overlapped_edges},
       {"boundary volumes that differ from the cells' volume",
        static_cast<int64_t>(!(r.volume_mismatch <= kVolumeTolerance))},
   };

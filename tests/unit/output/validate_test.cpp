@@ -282,6 +282,25 @@ std::vector<std::vector<int32_t>> SortedFaces(const CellCorners& corners) {
   return faces;
 }
 
+TEST(Validator, RejectsASolidWhoseEdgeOnlyDipsIntoAnother) {
+  // No face centre and no cell centre lies inside the other solid.
+  CellComplex complex = GridComplex({2, 2, 2});
+  const CellComplex other = GridComplex({1, 1, 1});
+  for (const double dip : {-0.1, 0.1}) {
+    CellComplex both = complex;
+    const int32_t shift = static_cast<int32_t>(both.vertices.size());
+    for (const Vec3d& p : other.vertices) {
+      both.vertices.push_back({2 - dip + (p.x + p.y) / 2, 1 + (p.y - p.x) / 2, p.z + 0.5});
+    }
+    CellCorners corners = other.cells[0];
+    for (int32_t& v : corners) v += shift;
+    both.cells.push_back(corners);
+    const ValidationReport report = ValidateMesh(MeshOf(both));
+    EXPECT_EQ(report.valid(), dip < 0) << report.Summary();
+    EXPECT_EQ(report.overlap.overlapped_edges, dip < 0 ? 0 : 1);
+  }
+}
+
 TEST(Validator, KnowsEveryCollapsedCubeThatConstructionRecognises) {
   int recognised = 0;
   for (int mask = 0; mask < 1 << 12; ++mask) {
