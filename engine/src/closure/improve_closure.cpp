@@ -19,6 +19,8 @@ constexpr double kMinJoinGain = 0.5;
 constexpr double kMinJoinQuality = 0.25;
 constexpr size_t kMaxSeedCells = 60;
 constexpr int kJoinDepth = 3;
+// Two stars whose walls are this far from having a common kernel do not become one by growing.
+constexpr double kMinJoinDepth = -0.12;
 constexpr int kMaxJoinRounds = 3;
 
 class Improver {
@@ -41,6 +43,7 @@ class Improver {
     std::sort(poor.begin(), poor.end());
     limits_.depth = depth;
     limits_.beam_width = 5;
+    limits_.min_seed_depth = GrowthLimits{}.min_seed_depth;
     for (const auto& [q, cell] : poor) {
       if (run_.ShouldStop()) break;
       if (mesh_.alive(cell) && RepairCell(cell, q)) ++replacements;
@@ -51,6 +54,7 @@ class Improver {
   void JoinStars() {
     limits_.depth = kJoinDepth;
     limits_.beam_width = 3;
+    limits_.min_seed_depth = kMinJoinDepth;
     std::set<std::pair<int, int>> tried;
     for (int round = 0; round < kMaxJoinRounds; ++round) {
       std::set<int> touched;

@@ -1,5 +1,7 @@
 #include "closure/star_fill.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -154,6 +156,40 @@ struct Candidate {
   Region region;
 };
 
+constexpr double kRejected = 1e300;
+
+// Every region of the beam with one neighbour more, each set of cells once.
+std::vector<Candidate> NextCandidates(const WorkingMesh& mesh, const std::vector<Candidate>& beam,
+                                      std::set<std::vector<int>>* seen) {
+  std::vector<Candidate> next;
+  for (const Candidate& candidate : beam) {
+    for (const int cell : CellsAround(mesh, candidate.region)) {
+      Region grown;
+      grown.cells = candidate.region.cells;
+      grown.cells.insert(std::lower_bound(grown.cells.begin(), grown.cells.end(), cell), cell);
+      if (!seen->insert(grown.cells).second) continue;
+      grown.cavities = candidate.region.cavities;
+      next.push_back({kRejected, std::move(grown)});
+    }
+  }
+  return next;
+}
+
+// Walls, kernels and scores; candidates that break a limit are dropped. Each is judged on its
+// own, so that the result does not depend on the number of threads.
+void ScoreCandidates(const WorkingMesh& mesh, const Hull& hull, const Cavities& cavities,
+                     const FillWeights& weights, const GrowthLimits& limits,
+                     std::vector<Candidate>* candidates) {
+  oneapi::tbb::parallel_for(size_t{0}, candidates->size(), [&](size_t i) {
+    Region& region = (*candidates)[i].region;
+    if (!UpdateRegion(mesh, cavities, limits.max_walls, &region)) return;
+    if (limits.forbid_cavities && !region.cavities.empty()) return;
+    UpdateKernel(mesh, hull, &region);
+    (*candidates)[i].score = RegionScore(mesh, weights, region);
+  });
+  std::erase_if(*candidates, [](const Candidate& c) { return c.score == kRejected; });
+}
+
 }  // namespace
 
 double QualityPenalty(double quality) {
@@ -200,6 +236,7 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
   for (Region& seed : seeds) {
     if (!UpdateRegion(mesh, cavities, limits.max_walls, &seed)) continue;
     UpdateKernel(mesh, hull, &seed);
+    if (seed.kernel.depth < limits.min_seed_depth) continue;
     EvaluateRegion(mesh, hull, weights, seed, &best);
     beam.push_back({0, std::move(seed)});
   }
@@ -207,21 +244,8 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
   int rounds_without_gain = 0;
   for (int depth = 1; depth <= limits.depth; ++depth) {
     if (limits.run != nullptr && limits.run->ShouldStop()) return std::nullopt;
-    std::vector<Candidate> next;
-    for (const Candidate& candidate : beam) {
-      for (const int cell : CellsAround(mesh, candidate.region)) {
-        Region grown;
-        grown.cells = candidate.region.cells;
-        grown.cells.insert(std::lower_bound(grown.cells.begin(), grown.cells.end(), cell), cell);
-        if (!seen.insert(grown.cells).second) continue;
-        grown.cavities = candidate.region.cavities;
-        if (!UpdateRegion(mesh, cavities, limits.max_walls, &grown)) continue;
-        if (limits.forbid_cavities && !grown.cavities.empty()) continue;
-        UpdateKernel(mesh, hull, &grown);
-        const double score = RegionScore(mesh, weights, grown);
-        next.push_back({score, std::move(grown)});
-      }
-    }
+    std::vector<Candidate> next = NextCandidates(mesh, beam, &seen);
+    ScoreCandidates(mesh, hull, cavities, weights, limits, &next);
     if (next.empty()) break;
     std::stable_sort(next.begin(), next.end(),
                      [](const Candidate& a, const Candidate& b) { return a.score < b.score; });

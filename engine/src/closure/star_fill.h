@@ -36,6 +36,7 @@ struct GrowthLimits {
   size_t max_walls = 120;
   double enough_quality = 0.3;      // stop growing once reached and no longer improving
   bool forbid_cavities = false;     // repairs must not touch open cavities
+  double min_seed_depth = -1e300;   // seeds with a shallower kernel are not tried
   const RunContext* run = nullptr;  // polled between depths if set
 };
 

@@ -9,9 +9,9 @@ namespace {
 
 // Steepest ascent of the smallest plane distance: steps shrink geometrically from kFirstStep, so
 // that the search can travel about kFirstStep / (1 - kStepDecay) edge lengths.
-constexpr int kKernelSteps = 120;
+constexpr int kKernelSteps = 64;
 constexpr double kKernelFirstStep = 0.3;
-constexpr double kKernelStepDecay = 0.945;
+constexpr double kKernelStepDecay = 0.92;
 constexpr double kSmallestApexStep = 0.01;
 
 // The six axis directions and the eight diagonals.
