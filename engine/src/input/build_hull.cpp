@@ -20,6 +20,8 @@ namespace {
 
 // Of the cube of the box diagonal: a plate one millionth as thick as it is long holds more.
 constexpr double kSmallestVolumeRatio = 1e-9;
+// Share of this stage's time that a closed surface takes.
+constexpr double kClosedFraction = 0.7;
 
 const std::vector<Vec3d>& PointsOf(const InputHull& input) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) return mesh->vertices;
@@ -102,6 +104,12 @@ double VolumeOf(const TriangleMesh& mesh) {
   return volume;
 }
 
+void ReportFraction(double fraction, RunContext& run) {
+  Progress progress = run.progress();
+  progress.stage_fraction = fraction;
+  run.Report(progress);
+}
+
 struct SizedSolid {
   ClosedSurface closed;
   double volume = 0;            // of its frame
@@ -147,6 +155,7 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
     AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  ReportFraction(kClosedFraction, run);
 
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;

@@ -15,6 +15,7 @@
 #include "input/level_surface.h"
 #include "input/orient_components.h"
 #include "input/surface_topology.h"
+#include "input/thin_cloud.h"
 #include "input/triangle_math.h"
 
 namespace amhex {
@@ -29,6 +30,11 @@ constexpr double kSoupCells = 4.0;
 constexpr double kMostSurfaceCells = 4e6;
 // Nodes per axis of the grid that a first guess of the volume is counted on.
 constexpr int kVolumeGrid = 56;
+// Clouds of more points are thinned to this many points per edge length; a first, coarse thinning
+// to this many cubes along the box's diagonal tells the volume.
+constexpr size_t kManyPoints = 200'000;
+constexpr double kPointsPerEdgeLength = 8;
+constexpr double kCoarseCubes = 150;
 // Pieces below this many cells are left out.
 constexpr double kSmallestPieceCells = 0.5;
 
@@ -159,12 +165,34 @@ std::vector<Vec3d> BoundaryCentres(const TriangleMesh& mesh, const SoupField& fi
   return centres;
 }
 
+// Millions of points cost time and memory that cells of the wanted size cannot make use of.
+absl::StatusOr<PointCloud> ThinToUse(PointCloud cloud, const WantedSize& wanted, RunContext& run,
+                                     std::vector<std::string>& warnings) {
+  if (cloud.points.size() <= kManyPoints) return cloud;
+  const Box3d box = BoxOf(cloud.points);
+  PointCloud coarse = cloud;
+  ThinCloud(box.Diagonal() / kCoarseCubes, coarse);
+  std::vector<std::string> ignored;
+  AMHEX_ASSIGN_OR_RETURN(const CloudSamples samples, PrepareCloud(coarse, run, ignored));
+  const TriangleMesh discs = DiscSoup(samples);
+  const double edge_length =
+      GuessEdgeLength(wanted, box, HullQueries(discs.vertices, discs.triangles), run) /
+      wanted.user_scale;
+  const int64_t taken = ThinCloud(edge_length / kPointsPerEdgeLength, cloud);
+  if (taken > 0) {
+    warnings.push_back(
+        absl::StrCat("points denser than the cells can use, merged with neighbours: ", taken));
+  }
+  return cloud;
+}
+
 }  // namespace
 
 absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
                                                RunContext& run) {
   std::vector<std::string> warnings;
-  AMHEX_ASSIGN_OR_RETURN(CloudSamples samples, PrepareCloud(cloud, run, warnings));
+  AMHEX_ASSIGN_OR_RETURN(const PointCloud thinned, ThinToUse(cloud, wanted, run, warnings));
+  AMHEX_ASSIGN_OR_RETURN(CloudSamples samples, PrepareCloud(thinned, run, warnings));
   const CloudField field(std::move(samples));
   const CloudSamples& used = field.samples();
   const Box3d box = BoxOf(used.position);

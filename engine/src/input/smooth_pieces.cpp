@@ -20,6 +20,15 @@ class Splitter {
   Splitter(const std::vector<Vec3d>& normal, const std::vector<double>& weight)
       : normal_(normal), weight_(weight) {}
 
+  // No two groups can be apart if all normals lie within half of the smallest angle.
+  bool IsSmooth() const {
+    Vec3d sum;
+    for (size_t i = 0; i < normal_.size(); ++i) sum += normal_[i] * weight_[i];
+    const double least = std::cos(kSmallestAngle / 2) * Norm(sum);
+    return std::all_of(normal_.begin(), normal_.end(),
+                       [&](const Vec3d& n) { return Dot(n, sum) > least; });
+  }
+
   // Groups the normals around `count` seeds (Lloyd's k-means on directions, started from normals
   // far from each other). False, with all labels 0, if the groups are not clearly apart.
   bool Split(int count, std::vector<uint8_t>& label) const {
@@ -102,6 +111,7 @@ SmoothPieces FindSmoothPieces(const std::vector<Vec3d>& position, const std::vec
   SmoothPieces pieces;
   pieces.label.assign(normal.size(), 0);
   const Splitter splitter(normal, weight);
+  if (splitter.IsSmooth()) return pieces;
   for (int count = 2; count <= kMaxPieces && pieces.count == 1; ++count) {
     if (splitter.Split(count, pieces.label)) pieces.count = count;
   }
