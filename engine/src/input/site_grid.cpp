@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,8 @@ constexpr int32_t kFarthestHop = 1;
 constexpr double kFarthestDistance = 1.25;
 // Cubes over the box; more means a box absurdly larger than what it holds.
 constexpr double kMaxCubes = 1 << 28;
+// Cubes are judged together, this many along each axis, where the hull is far from all of them.
+constexpr int32_t kGroupWidth = 4;
 constexpr float kBinSize = 1.0f;
 
 enum class Side : uint8_t { kDropped, kOutside, kInside };
@@ -44,6 +47,9 @@ struct CubeGrid {
   Vec3d low;  // of the first cube
 
   int64_t size() const { return static_cast<int64_t>(count_x) * count_y * count_z; }
+  int64_t IndexOf(int32_t x, int32_t y, int32_t z) const {
+    return (static_cast<int64_t>(z) * count_y + y) * count_x + x;
+  }
   Vec3d CentreOf(int64_t index) const {
     const auto x = static_cast<double>(index % count_x);
     const auto y = static_cast<double>(index / count_x % count_y);
@@ -86,6 +92,48 @@ Side SideOf(const Hull& hull, const Vec3d& p) {
   return hull.queries->Closest(p, kFarthestDistance).triangle < 0 ? Side::kDropped : Side::kOutside;
 }
 
+// Judges the sites of the cubes from `first` on, kGroupWidth along each axis.
+void JudgeGroup(const Hull& hull, const MeshingParams& params, const CubeGrid& grid,
+                const std::array<int32_t, 3>& first, std::vector<Side>& side) {
+  const std::array<int32_t, 3> last = {std::min(first[0] + kGroupWidth, grid.count_x),
+                                       std::min(first[1] + kGroupWidth, grid.count_y),
+                                       std::min(first[2] + kGroupWidth, grid.count_z)};
+  // All sites lie within their cubes, hence within this distance of the group's centre.
+  const double radius = 0.5 * kGroupWidth * std::sqrt(3.0);
+  const Vec3d centre = grid.low + Vec3d{first[0] + 0.5 * kGroupWidth, first[1] + 0.5 * kGroupWidth,
+                                        first[2] + 0.5 * kGroupWidth};
+  const bool is_far = hull.queries->Closest(centre, radius + kFarthestDistance).triangle < 0;
+  const Side common = is_far && hull.queries->IsInside(centre) ? Side::kInside : Side::kDropped;
+  for (int32_t z = first[2]; z < last[2]; ++z) {
+    for (int32_t y = first[1]; y < last[1]; ++y) {
+      for (int32_t x = first[0]; x < last[0]; ++x) {
+        const int64_t index = grid.IndexOf(x, y, z);
+        side[static_cast<size_t>(index)] =
+            is_far ? common : SideOf(hull, grid.CentreOf(index) + Jitter(params, index));
+      }
+    }
+  }
+}
+
+absl::StatusOr<std::vector<Side>> JudgeSites(const Hull& hull, const MeshingParams& params,
+                                             const CubeGrid& grid, const RunContext& run) {
+  std::vector<Side> side(static_cast<size_t>(grid.size()), Side::kDropped);
+  const auto groups = [](int32_t count) { return (count + kGroupWidth - 1) / kGroupWidth; };
+  const int32_t groups_x = groups(grid.count_x);
+  const int32_t groups_y = groups(grid.count_y);
+  const int64_t group_count = int64_t{groups_x} * groups_y * groups(grid.count_z);
+  tbb::parallel_for(int64_t{0}, group_count, [&](int64_t group) {
+    if (run.ShouldStop()) return;
+    const std::array<int32_t, 3> first = {
+        kGroupWidth * static_cast<int32_t>(group % groups_x),
+        kGroupWidth * static_cast<int32_t>(group / groups_x % groups_y),
+        kGroupWidth * static_cast<int32_t>(group / groups_x / groups_y)};
+    JudgeGroup(hull, params, grid, first, side);
+  });
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  return side;
+}
+
 // Hop distance of every position to the samples, eq. 2 over N_26 of both.
 std::vector<int32_t> HopsToHull(const std::vector<Vec3d>& position, const HullSamples& samples,
                                 const CubeGrid& grid) {
@@ -115,13 +163,7 @@ std::vector<int32_t> HopsToHull(const std::vector<Vec3d>& position, const HullSa
 absl::StatusOr<Sites> PopulateGrid(const Hull& hull, const HullSamples& samples,
                                    const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(const CubeGrid grid, StackCubes(hull.box));
-  std::vector<Side> side(static_cast<size_t>(grid.size()), Side::kDropped);
-  tbb::parallel_for(int64_t{0}, grid.size(), [&](int64_t index) {
-    if (run.ShouldStop()) return;
-    side[static_cast<size_t>(index)] = SideOf(hull, grid.CentreOf(index) + Jitter(params, index));
-  });
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<Side> side, JudgeSites(hull, params, grid, run));
   std::vector<Vec3d> position;
   std::vector<Side> kept_side;
   for (int64_t index = 0; index < grid.size(); ++index) {

@@ -16,9 +16,9 @@
 namespace amhex {
 namespace {
 
-// Tiles and rows are numbered by int32 with room to spare; beyond this the box is absurdly larger
-// than the volume it holds.
-constexpr double kMaxTiles = 1 << 27;
+// Some 300 MB while being built, and enough for 70 million sites; beyond this the box is absurdly
+// larger than the volume it holds. Tiles and rows are numbered by int32 with room to spare.
+constexpr double kMaxTiles = 1 << 25;
 // How far outside sites may wander from where they started, edge lengths.
 constexpr double kOutsideWander = 1.0;
 

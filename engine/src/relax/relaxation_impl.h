@@ -23,8 +23,13 @@
 
 namespace amhex {
 
-// Bins of one edge length hold about one site each.
-inline constexpr float kBinSize = 1.0f;
+// Bins of one edge length hold about one site each; a box with more bins than this gets larger
+// ones, so that thin solids in large boxes do not pay for the emptiness around them.
+inline constexpr double kMaxBins = 1 << 25;
+
+inline float BinSizeFor(const Vec3d& extent) {
+  return static_cast<float>(std::fmax(1.0, std::cbrt(extent.x * extent.y * extent.z / kMaxBins)));
+}
 // Smoothing of the propagated frames before the sites move. The paper leaves this to the first
 // iterations, in which the sites would follow frames that are still wrong.
 inline constexpr int kFirstAlignments = 30;
@@ -82,8 +87,8 @@ class Relaxation {
   Relaxation(E& executor, RelaxationTask& task)
       : executor_(executor),
         task_(task),
-        site_bins_(executor, task.barrier.extent, kBinSize),
-        sample_bins_(executor, task.barrier.extent, kBinSize) {}
+        site_bins_(executor, task.barrier.extent, BinSizeFor(task.barrier.extent)),
+        sample_bins_(executor, task.barrier.extent, BinSizeFor(task.barrier.extent)) {}
 
   RelaxationOutcome Run() {
     UploadFixed();
@@ -156,7 +161,7 @@ class Relaxation {
     const auto node_count = static_cast<int64_t>(nodes.size());
     const Array<Vec3f> node_position = Uploaded(nodes);
     Array<Quatf> node_orientation = Uploaded(frames);
-    PointBins<E> bins(executor_, task_.barrier.extent, kBinSize);
+    PointBins<E> bins(executor_, task_.barrier.extent, BinSizeFor(task_.barrier.extent));
     executor_.ForEach("find neighbours among sites and samples", site_count_,
                       KnnExactBody{bins.Build(node_position.View(), node_count),
                                    node_position.View(), neighbours_.View()});

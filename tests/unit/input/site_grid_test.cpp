@@ -48,6 +48,30 @@ TEST(SiteGrid, KeepsOutsideSitesWithinOneHopOfTheHullOnly) {
   EXPECT_EQ(first_layer, 6 * 16);
 }
 
+TEST(SiteGrid, EqualsTheWindingNumberOfEveryCube) {
+  // Wide enough for cubes that are judged in groups, inside and outside.
+  const TriangleMesh torus = fixtures::MakeTorus(14, 7.5, 1.5);
+  const Hull hull = testing_support::HullOfMesh(torus);
+  const auto sites = Populate(torus, Initialization::kGrid);
+  ASSERT_TRUE(sites.ok());
+  int64_t found = 0;
+  for (const Vec3d& p : sites->position) found += hull.queries->IsInside(p) ? 1 : 0;
+  const Vec3d first = sites->position[0];
+  int64_t expected = 0;
+  for (int z = -40; z <= 40; ++z) {
+    for (int y = -60; y <= 60; ++y) {
+      for (int x = -60; x <= 60; ++x) {
+        const Vec3d p = {first.x + x, first.y + y, first.z + z};
+        const Box3d& b = hull.box;
+        if (p.x < b.low.x || p.y < b.low.y || p.z < b.low.z) continue;
+        if (p.x > b.high.x || p.y > b.high.y || p.z > b.high.z) continue;
+        expected += hull.queries->IsInside(p) ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_EQ(found, expected);
+}
+
 TEST(SiteGrid, JitterMovesSitesByItsAmountAndFollowsTheSeed) {
   const TriangleMesh sphere = fixtures::MakeSphere(4, 0.5);
   const auto one = Populate(sphere, Initialization::kJitteredGrid, 1);
