@@ -196,7 +196,7 @@ def write_document(arguments, results):
         "check. The models are not part of the repository.",
         "\n".join([
             f"- commit: {commit}" + (" with local changes" if changed else ""),
-            f"- machine: {machine()}",
+            f"- machine: {machine()}, load average {arguments.load_average:.1f} at the start",
             f"- date: {datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}",
             f"- engine: {done[0][2]['engine_version'] if done else '–'}",
             f"- backend: {done[0][2]['backend_note'] if done else '–'}",
@@ -242,6 +242,7 @@ def write_document(arguments, results):
 def main():
     arguments = parse_arguments()
     names = arguments.model or [str(arguments.models / name) for name in DEFAULT_MODELS]
+    arguments.load_average = os.getloadavg()[0]
     results = []
     for name in names:
         path, cells = split_model(name)
