@@ -43,11 +43,11 @@ Quaternion PulledToNormals(const Quaternion& smoothed, const HullConstraints& co
   return frame;
 }
 
-absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& settings,
+absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& settings, int sweeps,
                          const RunContext& run, std::vector<Quaternion>* frames) {
   std::vector<QuarticForm> forms(level.count());
   ForEach(run, level.count(), [&](int64_t i) { forms[i] = FormOfFrame((*frames)[i]); });
-  for (int sweep = 0; sweep < settings.sweeps_per_level; ++sweep) {
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (int step = 0; step < 8; ++step) {
       const std::vector<int32_t>& colour = level.colours[(sweep & 1) != 0 ? 7 - step : step];
       ForEach(run, static_cast<int64_t>(colour.size()), [&](int64_t c) {
@@ -78,7 +78,10 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
       for (int64_t i = 0; i < level.count(); ++i) finer[i] = frames[level.parent[i]];
       frames = std::move(finer);
     }
-    if (absl::Status s = SmoothLevel(level, settings, slice.run(), &frames); !s.ok()) return s;
+    const int sweeps = l == 0 ? settings.fine_sweeps : settings.coarse_sweeps;
+    if (absl::Status s = SmoothLevel(level, settings, sweeps, slice.run(), &frames); !s.ok()) {
+      return s;
+    }
     slice.Report(static_cast<double>(level.count()) / static_cast<double>(grid.count()));
   }
   return frames;

@@ -13,7 +13,8 @@
 namespace amhex::fields {
 
 struct OrientationSettings {
-  int sweeps_per_level = 30;
+  int fine_sweeps = 30;     // on the finest level
+  int coarse_sweeps = 100;  // on each coarser one: cheap, and there the singularities are settled
   double normal_weight = 4.0;
   // Weight of the smoothed frame against the normals: with one normal, and with several.
   double smooth_weight_one = 0.3;
