@@ -49,21 +49,25 @@ double FoldEnergy(double margin) {
 
 }  // namespace
 
-std::vector<uint8_t> FindCellsNearFolding(const CellComplex& complex,
-                                          const VertexNeighbourhoods& neighbourhoods) {
-  std::vector<uint8_t> near_folding(complex.cells.size());
+CellSurvey SurveyCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods) {
+  CellSurvey survey;
+  survey.min_scaled_jacobian.resize(complex.cells.size());
+  survey.near_folding.resize(complex.cells.size());
+  const auto survey_cell = [&](size_t c) {
+    const CellPattern& pattern = *neighbourhoods.patterns[c];
+    std::array<Vec3d, 8> positions;
+    for (int slot = 0; slot < 8; ++slot) positions[slot] = complex.vertices[complex.cells[c][slot]];
+    CornerJacobians jacobians;
+    ScaledJacobians(pattern, positions, jacobians);
+    survey.min_scaled_jacobian[c] = static_cast<float>(
+        *std::min_element(jacobians.begin(), jacobians.begin() + pattern.corner_count));
+    survey.near_folding[c] = FoldMargin(pattern, positions) < kNearFolding;
+  };
   tbb::parallel_for(tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerBlock),
                     [&](const tbb::blocked_range<size_t>& range) {
-                      std::array<Vec3d, 8> positions;
-                      for (size_t c = range.begin(); c < range.end(); ++c) {
-                        for (int slot = 0; slot < 8; ++slot) {
-                          positions[slot] = complex.vertices[complex.cells[c][slot]];
-                        }
-                        near_folding[c] =
-                            FoldMargin(*neighbourhoods.patterns[c], positions) < kNearFolding;
-                      }
+                      for (size_t c = range.begin(); c < range.end(); ++c) survey_cell(c);
                     });
-  return near_folding;
+  return survey;
 }
 
 LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,

@@ -26,13 +26,16 @@ struct LocalScore {
                        // close to folding
 };
 
-// [cell_count] 1 for cells so close to folding that their margin should be watched.
-std::vector<uint8_t> FindCellsNearFolding(const CellComplex& complex,
-                                          const VertexNeighbourhoods& neighbourhoods);
+// What a sweep wants to know of every cell before it starts.
+struct CellSurvey {
+  std::vector<float> min_scaled_jacobian;  // [cell_count]
+  std::vector<uint8_t> near_folding;       // [cell_count] 1: the fold margin should be watched
+};
+CellSurvey SurveyCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods);
 
 class LocalCells {
  public:
-  // `near_folding` of FindCellsNearFolding, or empty to watch none.
+  // `near_folding` of a survey, or empty to watch none.
   LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods, int32_t vertex,
              const CornerPenalty& penalty, const std::vector<uint8_t>& near_folding);
 

@@ -33,15 +33,18 @@ constexpr CornerPenalty kAveragePenalty = {0.6, 8.0};
 constexpr double kIdleShare = 0.002;
 
 // Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
-// of its neighbourhood, and its knee follows the minimum as it rises. Steeper or wider is worse:
-// steeper stalls, wider evens out cells that are good enough.
-constexpr int kLevels = 6;
+// of its neighbourhood, and its knee follows the minimum as it rises. First broadly, which evens
+// out the worst cells with the merely poor ones; then steeply, where that stalls.
+struct LevelShape {
+  double steepness;
+  double knee;    // above the minimum
+  double target;  // above the minimum
+  int max_levels;
+};
+constexpr LevelShape kLevelShapes[] = {{60.0, 0.05, 0.15, 6}, {150.0, 0.02, 0.06, 5}};
 constexpr int kSweepsPerLevel = 6;
-constexpr double kLevelSteepness = 60.0;
-constexpr double kLevelKnee = 0.05;    // above the minimum
-constexpr double kLevelTarget = 0.15;  // above the minimum
-constexpr double kLevelGain = 0.002;   // levels end when the minimum rises less
-constexpr double kGoodMinimum = 0.5;   // no level starts above
+constexpr double kLevelGain = 0.002;  // levels of a shape end when the minimum rises less
+constexpr double kGoodMinimum = 0.5;  // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
 constexpr double kUnbearable = 0.28;
@@ -96,17 +99,26 @@ class Placer {
   }
 
   absl::Status RaiseMinimum() {
-    double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
-    for (int level = 0; level < kLevels && status.ok(); ++level) {
-      const double before = SummarizeQuality(placement_.complex).min_scaled_jacobian;
-      if (before > kGoodMinimum || (level > 0 && before < minimum + kLevelGain)) break;
-      minimum = before;
-      status = Sweep({QualityAim::kMinimum, minimum + kLevelTarget, minimum,
-                      CornerPenalty{minimum + kLevelKnee, kLevelSteepness}},
-                     kSweepsPerLevel);
+    for (const LevelShape& shape : kLevelShapes) {
+      if (status.ok()) status = RaiseLevels(shape);
     }
     return status;
+  }
+
+  absl::Status RaiseLevels(const LevelShape& shape) {
+    double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    for (int level = 0; level < shape.max_levels && minimum < kGoodMinimum; ++level) {
+      const absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
+                                         CornerPenalty{minimum + shape.knee, shape.steepness}},
+                                        kSweepsPerLevel);
+      if (!status.ok()) return status;
+      const double before = minimum;
+      minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+      if (minimum < before + kLevelGain) break;
+    }
+    return absl::OkStatus();
   }
 
   // Frees the crease vertices of every cell of unbearable quality to their patches.

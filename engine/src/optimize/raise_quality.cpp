@@ -58,8 +58,6 @@ class VertexSearch {
         v_(v),
         judge_(placement, v, rules.penalty, near_folding) {}
 
-  bool Needed() const { return judge_.score().minimum < rules_.target; }
-
   bool Run(float& step) {
     const VertexConstraint& constraint = placement_.constraints.vertex[v_];
     start_ = placement_.complex.vertices[v_];
@@ -118,15 +116,18 @@ class VertexSearch {
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
   std::vector<uint8_t> moved(memory.active.size(), 0);
-  const std::vector<uint8_t> near_folding =
-      FindCellsNearFolding(placement.complex, placement.neighbourhoods);
+  const CellSurvey survey = SurveyCells(placement.complex, placement.neighbourhoods);
+  const auto is_needed = [&](int32_t v) {
+    const auto cells = placement.neighbourhoods.cells[v];
+    return std::any_of(cells.begin(), cells.end(),
+                       [&](int32_t c) { return survey.min_scaled_jacobian[c] < rules.target; });
+  };
   const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
     if (!memory.active[v]) return;
     if (placement.constraints.vertex[v].kind == Constraint::kCorner) return;
-    VertexSearch search(placement, rules, near_folding, v);
-    if (!search.Needed()) return;
+    if (!is_needed(v)) return;
     memory.step[v] = std::max(memory.step[v], kSmallestStep * 4);
-    moved[v] = search.Run(memory.step[v]);
+    moved[v] = VertexSearch(placement, rules, survey.near_folding, v).Run(memory.step[v]);
   });
   if (!status.ok()) return status;
   std::fill(memory.active.begin(), memory.active.end(), 0);
