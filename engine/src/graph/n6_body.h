@@ -16,6 +16,8 @@
 namespace amhex {
 
 inline constexpr int kAxisDirectionCount = 6;
+// Above every squared distance between nodes.
+inline constexpr float kUnreachableDistance = 3e38f;
 
 // eq. 1. Neighbours from `volume_site_count` on are hull samples and never chosen (section 4.4).
 // Ties go to the smaller id.
@@ -29,29 +31,30 @@ struct AxisNeighbourBody {
   ArrayView<int32_t> axis_neighbours;  // [volume_site_count][6] or kNoNode
 
   AMHEX_HD void operator()(int64_t site) const {
+    Vec3f target[kAxisDirectionCount];
+    float nearest[kAxisDirectionCount];
+    int32_t* chosen = &axis_neighbours[site * kAxisDirectionCount];
     for (int direction = 0; direction < kAxisDirectionCount; ++direction) {
-      const Vec3f target =
+      target[direction] =
           position[site] + DirectionOf(orientation[site], direction) * size[site][direction / 2];
-      axis_neighbours[site * kAxisDirectionCount + direction] = NearestTo(site, target);
+      nearest[direction] = kUnreachableDistance;
+      chosen[direction] = kNoNode;
     }
-  }
-
-  AMHEX_HD int32_t NearestTo(int64_t site, const Vec3f& target) const {
-    int32_t best = kNoNode;
-    float best_distance = 0;
     for (int slot = 0; slot < kNeighbourCount; ++slot) {
       const int32_t other = neighbours[site * kNeighbourCount + slot];
       if (other == kNoNode || other >= volume_site_count) continue;
       // deviates: a site beyond the hull is never in phase with this one; the hull itself takes
       // its place (regularize_body.h).
       if (!is_inside.empty() && is_inside[other] != is_inside[site]) continue;
-      const float d = SquaredDistance(position[other], target);
-      if (best == kNoNode || d < best_distance || (d == best_distance && other < best)) {
-        best = other;
-        best_distance = d;
+      const Vec3f at = position[other];
+      for (int direction = 0; direction < kAxisDirectionCount; ++direction) {
+        const float d = SquaredDistance(at, target[direction]);
+        if (d < nearest[direction] || (d == nearest[direction] && other < chosen[direction])) {
+          chosen[direction] = other;
+          nearest[direction] = d;
+        }
       }
     }
-    return best;
   }
 };
 
