@@ -35,6 +35,22 @@ absl::StatusOr<Sites> Populate(const Hull& hull, const HullSamples& samples,
   return PopulateGrid(hull, samples, params, run);
 }
 
+// A filling that breaks the law once its vertices are placed is not the only one: another is
+// tried before the run gives up.
+constexpr int kMaxFillings = 3;
+
+absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, CellComplex closed,
+                                              const Hull& hull, const MeshingParams& params,
+                                              RunContext& run) {
+  for (int attempt = 1;; ++attempt) {
+    AMHEX_ASSIGN_OR_RETURN(CellComplex improved, ImproveMesh(std::move(closed), hull, params, run));
+    if (attempt == kMaxFillings || ValidateMesh(FinalizeMesh(improved, hull.frame)).valid()) {
+      return improved;
+    }
+    AMHEX_ASSIGN_OR_RETURN(closed, CloseComplex(assembled, hull, params, run, attempt));
+  }
+}
+
 // The law, checked by code that knows nothing of how the mesh was made.
 absl::StatusOr<MeshingResult> Judge(const CellComplex& complex, const Hull& hull) {
   MeshingResult result;
@@ -90,11 +106,12 @@ absl::StatusOr<MeshingResult> Mesh(const InputHull& input, const MeshingParams& 
   AMHEX_ASSIGN_OR_RETURN(const CellComplex assembled, GuardStage(run, Stage::kAssemble, [&] {
                            return AssembleCells(primitives, cubes, params, run);
                          }));
-  AMHEX_ASSIGN_OR_RETURN(const CellComplex closed, GuardStage(run, Stage::kClose, [&] {
+  AMHEX_ASSIGN_OR_RETURN(CellComplex closed, GuardStage(run, Stage::kClose, [&] {
                            return CloseComplex(assembled, hull, params, run);
                          }));
   AMHEX_ASSIGN_OR_RETURN(const CellComplex improved, GuardStage(run, Stage::kPlaceVertices, [&] {
-                           return ImproveMesh(closed, hull, params, run);
+                           return ImproveUntilValid(assembled, std::move(closed), hull, params,
+                                                    run);
                          }));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result,
                          GuardStage(run, Stage::kValidate, [&] { return Judge(improved, hull); }));

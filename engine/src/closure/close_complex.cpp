@@ -27,16 +27,19 @@ constexpr StarRound kSlitRounds[] = {{4, 4, 40}, {7, 6, 80}};
 constexpr int kDelaunayAttempts = 6;
 // Boundary defects are opened and filled anew, each time a layer farther.
 constexpr int kDefectAttempts = 4;
+// Seeds of one attempt are counted up from its own base.
+constexpr uint64_t kSeedStride = 1000;
 
 class Closer {
  public:
   Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, RunContext& run)
       : hull_(hull), seed_(seed), run_(run), mesh_(complex) {}
 
-  absl::StatusOr<CellComplex> Run() {
+  absl::StatusOr<CellComplex> Run(int layers) {
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
+    for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
     first_open_ = std::max<size_t>(1, mesh_.OpenFaces().size());
     for (const StarRound& round : kFirstRounds) {
       FillWithStars(round);
@@ -164,8 +167,10 @@ class Closer {
 }  // namespace
 
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
-                                         const MeshingParams& params, RunContext& run) {
-  return Closer(complex, hull, params.run.seed, run).Run();
+                                         const MeshingParams& params, RunContext& run,
+                                         int attempt) {
+  const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(attempt);
+  return Closer(complex, hull, seed, run).Run(attempt);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,

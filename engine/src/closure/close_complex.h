@@ -14,9 +14,11 @@
 namespace amhex {
 
 // Returns a complex without open faces: every face is shared by two cells or lies on the hull.
+// A higher `attempt` gives another filling, over voids that are that many cells wider; 0 first.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (cavities that resist; the message tells where).
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
-                                         const MeshingParams& params, RunContext& run);
+                                         const MeshingParams& params, RunContext& run,
+                                         int attempt = 0);
 
 // For a closed complex whose vertices have moved since: opens the mesh `layers` cells around the
 // defects of its boundary (boundary_defects.h) and closes it again. Without defects the complex
