@@ -76,9 +76,25 @@ class Closer {
       if (run_.ShouldStop()) return;
       for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
       const auto salt = static_cast<uint64_t>(kDelaunayAttempts * round + attempt);
-      FillByDelaunay(hull_, CollectCavities(mesh_), seed_ + salt, &mesh_);
+      if (attempt == 0) FillLocally(seed_ + salt);
+      const Cavities cavities = CollectCavities(mesh_);
+      FillByDelaunay(hull_, cavities, ScopeOfWholeMesh(mesh_, cavities), seed_ + salt, &mesh_);
       for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
     }
+  }
+
+  // Each cavity on its own, in the metric of the cells around it, which spares most of them.
+  void FillLocally(uint64_t seed) {
+    std::vector<CellFace> places;
+    for (const auto& faces : CollectCavities(mesh_).faces) places.push_back(faces.front());
+    for (const CellFace& place : places) {
+      if (run_.ShouldStop()) return;
+      const Cavities cavities = CollectCavities(mesh_);
+      const int cavity = cavities.Of(mesh_.FindHalfFace(place));
+      if (cavity < 0) continue;  // filled along with another
+      FillByDelaunay(hull_, cavities, ScopeAroundCavity(mesh_, cavities, cavity), seed, &mesh_);
+    }
+    for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
   }
 
   // Opens the mesh around boundary defects, `layers` cells farther than their own; false if there

@@ -27,22 +27,26 @@ constexpr double kMinPyramidQuality = 0.03;
 
 class DelaunayFiller {
  public:
-  DelaunayFiller(const Hull& hull, const Cavities& cavities, uint64_t seed, WorkingMesh* mesh)
+  DelaunayFiller(const Hull& hull, const Cavities& cavities, const FillScope& scope, uint64_t seed,
+                 WorkingMesh* mesh)
       : hull_(hull),
         cavities_(cavities),
+        scope_(scope),
         mesh_(*mesh),
-        cover_(*mesh, AddFillingPoints(hull, cavities, mesh), seed) {}
+        cover_(*mesh, scope, AddFillingPoints(hull, cavities, scope, mesh), seed) {}
 
-  DelaunayFillReport Run() {
-    if (cover_.tetrahedra().count() == 0) return {};
+  bool Run() {
+    if (cover_.tetrahedra().count() == 0) return false;
     std::vector<uint8_t> excluded(mesh_.cell_slots(), 0);
     for (int round = 0; round < kMaxCoverRounds; ++round) {
       cover_.CoverCells(excluded);
       Flood();
+      if (escaped_) return false;
       if (contradictions_.empty()) break;
       for (const int cell : contradictions_) excluded[cell] = 1;
     }
-    return Replace();
+    Replace();
+    return true;
   }
 
  private:
@@ -56,11 +60,14 @@ class DelaunayFiller {
     dying_.assign(mesh_.cell_slots(), 0);
     cavity_done_.assign(cavities_.count(), 0);
     contradictions_.clear();
+    escaped_ = false;
+    in_scope_.assign(mesh_.cell_slots(), 0);
+    for (const int cell : scope_.cells) in_scope_[cell] = 1;
     pending_.clear();
     pending_cells_.clear();
     LocateUncoveredCells();
-    for (int cavity = 0; cavity < cavities_.count(); ++cavity) OpenCavity(cavity);
-    while (!pending_.empty() || !pending_cells_.empty()) {
+    for (const int cavity : scope_.cavities) OpenCavity(cavity);
+    while (!escaped_ && (!pending_.empty() || !pending_cells_.empty())) {
       if (!pending_.empty()) {
         const int t = pending_.back();
         pending_.pop_back();
@@ -75,8 +82,8 @@ class DelaunayFiller {
 
   void LocateUncoveredCells() {
     cells_in_.assign(cover_.tetrahedra().count(), {});
-    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      if (!mesh_.alive(cell) || cover_.IsCovered(cell)) continue;
+    for (const int cell : scope_.cells) {
+      if (cover_.IsCovered(cell)) continue;
       const CellVertices vertices = VerticesOf(mesh_.corners(cell));
       Vec3d centre;
       for (const int32_t v : vertices) centre += mesh_.vertices()[v];
@@ -105,6 +112,7 @@ class DelaunayFiller {
 
   void Kill(int cell) {
     if (dying_[cell]) return;
+    escaped_ = escaped_ || !in_scope_[cell];
     dying_[cell] = 1;
     pending_cells_.push_back(cell);
   }
@@ -125,7 +133,15 @@ class DelaunayFiller {
     if (visited_[t] || cover_.occupant(t) != TetrahedralCover::kFree) return;
     if (SideOf(t) != Side::kInside) return;
     visited_[t] = 1;
+    escaped_ = escaped_ || ReachesBorder(t);
     pending_.push_back(t);
+  }
+
+  bool ReachesBorder(int t) const {
+    if (!scope_.is_local) return false;
+    const Vec3d centre = CentreOf(t);
+    const Box3d& box = scope_.safe_box;
+    return !(ComponentMax(box.low, centre) == centre && ComponentMin(box.high, centre) == centre);
   }
 
   void Enter(int t) {
@@ -203,34 +219,29 @@ class DelaunayFiller {
     return hull_.queries->IsInside(centre);
   }
 
-  DelaunayFillReport Replace() {
-    DelaunayFillReport report;
+  void Replace() {
     const auto& tetrahedra = cover_.tetrahedra();
     for (int cell = 0; cell < static_cast<int>(dying_.size()); ++cell) {
-      if (!dying_[cell] || !mesh_.alive(cell)) continue;
-      ++report.cells_removed;
-      report.hexahedra_removed += mesh_.is_hexahedron(cell) ? 1 : 0;
-      mesh_.RemoveCell(cell);
+      if (dying_[cell] && mesh_.alive(cell)) mesh_.RemoveCell(cell);
     }
     std::vector<uint8_t> done(tetrahedra.count(), 0);
     for (int t = 0; t < tetrahedra.count(); ++t) {
-      if (visited_[t] && !done[t]) report.pyramids_added += JoinToPyramid(t, &done) ? 1 : 0;
+      if (visited_[t] && !done[t]) JoinToPyramid(t, &done);
     }
     for (int t = 0; t < tetrahedra.count(); ++t) {
       if (!visited_[t] || done[t]) continue;
       const auto [a, b, c, d] = tetrahedra.vertices[t];
       // MakeTetrahedron wants 0-2-1 as its outward base: d lies on the inner side of a, b, c.
-      report.tetrahedra_added += mesh_.AddCell(MakeTetrahedron(a, b, c, d)) >= 0 ? 1 : 0;
+      mesh_.AddCell(MakeTetrahedron(a, b, c, d));
     }
     for (int t = 0; t < tetrahedra.count(); ++t) {
       if (visited_[t]) MarkHullFaces(t);
     }
     MarkFacesTowardsOutside();
-    return report;
   }
 
   // Two tetrahedra of one apex behind one quad of a covered cell are a pyramid.
-  bool JoinToPyramid(int t, std::vector<uint8_t>* done) {
+  void JoinToPyramid(int t, std::vector<uint8_t>* done) {
     for (int i = 0; i < 4; ++i) {
       const auto across = cover_.Across(t, i);
       if (across.cell < 0 || across.face.count != 4) continue;
@@ -247,10 +258,9 @@ class DelaunayFiller {
         }
         if (mesh_.AddCell(MakePyramid(Reversed(across.face).v, apex)) < 0) continue;
         (*done)[t] = (*done)[other] = 1;
-        return true;
+        return;
       }
     }
-    return false;
   }
 
   // Faces of the region towards what is outside become hull.
@@ -271,6 +281,8 @@ class DelaunayFiller {
     for (const CellFace& face : mesh_.OpenFaces()) {
       const int32_t cell = mesh_.Owner(face);
       if (cell >= static_cast<int32_t>(dying_.size()) || !cover_.IsCovered(cell)) continue;
+      const int cavity = cavities_.Of(mesh_.FindHalfFace(face));
+      if (cavity >= 0 && !cavity_done_[cavity]) continue;  // not ours to fill
       const Vec3d centre = FaceCentroid(face, mesh_.vertices());
       if (hull_.queries->Closest(centre, kMaxHullFaceDepth).triangle < 0 &&
           hull_.queries->IsInside(centre)) {
@@ -285,8 +297,11 @@ class DelaunayFiller {
 
   const Hull& hull_;
   const Cavities& cavities_;
+  const FillScope& scope_;
   WorkingMesh& mesh_;
   TetrahedralCover cover_;
+  bool escaped_ = false;
+  std::vector<uint8_t> in_scope_;
   std::vector<Side> side_;
   std::vector<uint8_t> visited_, behind_hull_face_, dying_, cavity_done_;
   std::vector<std::vector<int>> cells_in_;
@@ -295,9 +310,9 @@ class DelaunayFiller {
 
 }  // namespace
 
-DelaunayFillReport FillByDelaunay(const Hull& hull, const Cavities& cavities, uint64_t seed,
-                                  WorkingMesh* mesh) {
-  return DelaunayFiller(hull, cavities, seed, mesh).Run();
+bool FillByDelaunay(const Hull& hull, const Cavities& cavities, const FillScope& scope,
+                    uint64_t seed, WorkingMesh* mesh) {
+  return DelaunayFiller(hull, cavities, scope, seed, mesh).Run();
 }
 
 }  // namespace amhex

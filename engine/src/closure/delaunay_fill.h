@@ -9,22 +9,17 @@
 #include <cstdint>
 
 #include "closure/cavities.h"
+#include "closure/fill_scope.h"
 #include "closure/working_mesh.h"
 #include "input/hull.h"
 
 namespace amhex {
 
-struct DelaunayFillReport {
-  int cells_removed = 0;
-  int hexahedra_removed = 0;
-  int tetrahedra_added = 0;
-  int pyramids_added = 0;
-};
-
-// Fills every cavity of `mesh`. Quads of remaining cells that now face two triangles stay open
-// (three-face slits, which stars close). `seed` varies the choice among equal complexes.
-// O(n log n) in the number of vertices.
-DelaunayFillReport FillByDelaunay(const Hull& hull, const Cavities& cavities, uint64_t seed,
-                                  WorkingMesh* mesh);
+// Fills the scope's cavities, and others that they turn out to be connected with. Quads of
+// remaining cells that now face two triangles stay open (three-face slits, which stars close).
+// `seed` varies the choice among equal complexes. False, and no cell changed, if a local filling
+// would reach the border of its scope. O(n log n) in the number of the scope's vertices.
+bool FillByDelaunay(const Hull& hull, const Cavities& cavities, const FillScope& scope,
+                    uint64_t seed, WorkingMesh* mesh);
 
 }  // namespace amhex

@@ -19,14 +19,14 @@ constexpr double kInteriorSpacing = 0.8;
 
 class PointAdder {
  public:
-  PointAdder(const Hull& hull, const Cavities& cavities, WorkingMesh* mesh)
+  PointAdder(const Hull& hull, const Cavities& cavities, const FillScope& scope, WorkingMesh* mesh)
       : hull_(hull), mesh_(*mesh) {
-    for (const auto& faces : cavities.faces) {
-      for (const CellFace& face : faces) {
+    for (const int cavity : scope.cavities) {
+      for (const CellFace& face : cavities.faces[cavity]) {
         open_centres_.push_back(FaceCentroid(face, mesh->vertices()));
       }
     }
-    CollectExisting();
+    CollectExisting(scope);
   }
 
   std::vector<int> Run() {
@@ -46,10 +46,9 @@ class PointAdder {
   }
 
  private:
-  void CollectExisting() {
+  void CollectExisting(const FillScope& scope) {
     std::vector<uint8_t> used(mesh_.vertices().size(), 0);
-    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      if (!mesh_.alive(cell)) continue;
+    for (const int cell : scope.cells) {
       const CellVertices vertices = VerticesOf(mesh_.corners(cell));
       Vec3d centre;
       for (const int32_t v : vertices) {
@@ -194,8 +193,9 @@ class PointAdder {
 
 }  // namespace
 
-std::vector<int> AddFillingPoints(const Hull& hull, const Cavities& cavities, WorkingMesh* mesh) {
-  return PointAdder(hull, cavities, mesh).Run();
+std::vector<int> AddFillingPoints(const Hull& hull, const Cavities& cavities,
+                                  const FillScope& scope, WorkingMesh* mesh) {
+  return PointAdder(hull, cavities, scope, mesh).Run();
 }
 
 }  // namespace amhex

@@ -35,12 +35,11 @@ std::array<int32_t, 3> FaceOpposite(const std::array<int32_t, 4>& v, int corner)
 
 }  // namespace
 
-TetrahedralCover::TetrahedralCover(const WorkingMesh& mesh, const std::vector<int>& extra_vertices,
-                                   uint64_t seed)
-    : mesh_(mesh) {
+TetrahedralCover::TetrahedralCover(const WorkingMesh& mesh, const FillScope& scope,
+                                   const std::vector<int>& extra_vertices, uint64_t seed)
+    : mesh_(mesh), scope_(scope) {
   std::vector<uint8_t> used(mesh.vertices().size(), 0);
-  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-    if (!mesh.alive(cell)) continue;
+  for (const int cell : scope.cells) {
     for (const int32_t v : VerticesOf(mesh.corners(cell))) used[v] = 1;
   }
   for (const int v : extra_vertices) used[v] = 1;
@@ -49,7 +48,7 @@ TetrahedralCover::TetrahedralCover(const WorkingMesh& mesh, const std::vector<in
   for (size_t v = 0; v < used.size(); ++v) {
     if (!used[v]) continue;
     vertex_of_point.push_back(static_cast<int32_t>(v));
-    points.push_back(mesh.vertices()[v]);
+    points.push_back(scope.ToMetric(mesh.vertices()[v]));
   }
   tetrahedra_ = DelaunayTetrahedralization(points, seed);
   for (auto& corners : tetrahedra_.vertices) {
@@ -122,15 +121,15 @@ void TetrahedralCover::CoverCells(const std::vector<uint8_t>& excluded) {
     if (!tetrahedra_.IsFinite(t)) occupant_[t] = kOutside;
   }
   std::vector<int> solid, flat;
-  for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-    if (!mesh_.alive(cell) || excluded[cell] || !FindUnion(cell, &solid, &flat)) continue;
+  for (const int cell : scope_.cells) {
+    if (excluded[cell] || !FindUnion(cell, &solid, &flat)) continue;
     const bool taken =
         std::any_of(solid.begin(), solid.end(), [&](int t) { return occupant_[t] != kFree; });
     if (taken) continue;
     covered_[cell] = 1;
     for (const int t : solid) occupant_[t] = cell;
   }
-  for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+  for (const int cell : scope_.cells) {
     if (!covered_[cell]) continue;
     FindUnion(cell, &solid, &flat);
     for (const int t : flat) {

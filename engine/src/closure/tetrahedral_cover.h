@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "closure/delaunay.h"
+#include "closure/fill_scope.h"
 #include "closure/working_mesh.h"
 
 namespace amhex {
@@ -16,11 +17,13 @@ class TetrahedralCover {
   static constexpr int32_t kVanished = -2;  // flat, on a quad of a covered cell: no volume
   static constexpr int32_t kOutside = -3;   // has the infinite vertex
 
-  // Tetrahedra over all vertices of living cells and `extra_vertices`. Cells in `excluded` ([cell]
-  // 1) are not covered.
-  TetrahedralCover(const WorkingMesh& mesh, const std::vector<int>& extra_vertices, uint64_t seed);
+  // Tetrahedra over all vertices of the scope's cells and `extra_vertices`, Delaunay in the scope's
+  // metric.
+  TetrahedralCover(const WorkingMesh& mesh, const FillScope& scope,
+                   const std::vector<int>& extra_vertices, uint64_t seed);
 
-  // Marks all cells that are unions, except those excluded. May be called again.
+  // Marks all cells of the scope that are unions, except those with excluded[cell] set. May be
+  // called again.
   void CoverCells(const std::vector<uint8_t>& excluded);
 
   const Tetrahedra& tetrahedra() const { return tetrahedra_; }  // with the mesh's vertex ids
@@ -46,6 +49,7 @@ class TetrahedralCover {
   bool FindUnion(int cell, std::vector<int>* solid, std::vector<int>* flat) const;
 
   const WorkingMesh& mesh_;
+  const FillScope& scope_;
   Tetrahedra tetrahedra_;
   std::vector<int> incident_begin_, incident_;  // CSR: tetrahedra at each mesh vertex
   std::vector<int32_t> occupant_;

@@ -1,0 +1,90 @@
+#include "closure/fill_scope.h"
+
+#include <Eigen/Eigenvalues>
+#include <numeric>
+
+namespace amhex {
+namespace {
+
+// Cells are considered this far around a cavity (edge lengths); tetrahedra of the filling must
+// keep the margin from there, where the complex may still differ from that of the whole mesh.
+constexpr double kScopeReach = 5.0;
+constexpr double kScopeMargin = 1.75;
+
+bool Contains(const Box3d& box, const Vec3d& p, double margin) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (p[axis] < box.low[axis] - margin || p[axis] > box.high[axis] + margin) return false;
+  }
+  return true;
+}
+
+Vec3d CentreOf(const WorkingMesh& mesh, int cell) {
+  const CellVertices vertices = VerticesOf(mesh.corners(cell));
+  Vec3d centre;
+  for (const int32_t v : vertices) centre += mesh.vertices()[v];
+  return centre / vertices.count;
+}
+
+// Sum of the outer products of a hexahedron's three mean edge vectors: the same however its axes
+// are numbered or turned.
+Eigen::Matrix3d ShapeOf(const CellCorners& c, const std::vector<Vec3d>& x) {
+  static constexpr int kAxisEdges[3][4][2] = {{{0, 1}, {3, 2}, {4, 5}, {7, 6}},
+                                              {{0, 3}, {1, 2}, {4, 7}, {5, 6}},
+                                              {{0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+  Eigen::Matrix3d shape = Eigen::Matrix3d::Zero();
+  for (const auto& edges : kAxisEdges) {
+    Vec3d mean;
+    for (const auto& [a, b] : edges) mean += (x[c[b]] - x[c[a]]) * 0.25;
+    const Eigen::Vector3d e(mean.x, mean.y, mean.z);
+    shape += e * e.transpose();
+  }
+  return shape;
+}
+
+}  // namespace
+
+FillScope ScopeOfWholeMesh(const WorkingMesh& mesh, const Cavities& cavities) {
+  FillScope scope;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (mesh.alive(cell)) scope.cells.push_back(cell);
+  }
+  scope.cavities.resize(cavities.count());
+  std::iota(scope.cavities.begin(), scope.cavities.end(), 0);
+  return scope;
+}
+
+FillScope ScopeAroundCavity(const WorkingMesh& mesh, const Cavities& cavities, int cavity) {
+  Box3d box;
+  for (const CellFace& face : cavities.faces[cavity]) {
+    for (int j = 0; j < face.count; ++j) box.Extend(mesh.vertices()[face.v[j]]);
+  }
+  FillScope scope;
+  scope.is_local = true;
+  scope.cavities = {cavity};
+  scope.safe_box = box;
+  const double safe = kScopeReach - kScopeMargin;
+  scope.safe_box.low -= Vec3d{safe, safe, safe};
+  scope.safe_box.high += Vec3d{safe, safe, safe};
+  Eigen::Matrix3d shape = Eigen::Matrix3d::Zero();
+  int hexahedra = 0;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (!mesh.alive(cell)) continue;
+    const Vec3d centre = CentreOf(mesh, cell);
+    if (!Contains(box, centre, kScopeReach)) continue;
+    scope.cells.push_back(cell);
+    if (mesh.is_hexahedron(cell) && Contains(box, centre, kScopeMargin)) {
+      shape += ShapeOf(mesh.corners(cell), mesh.vertices());
+      ++hexahedra;
+    }
+  }
+  if (hexahedra > 0) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(shape / hexahedra);
+    if (solver.eigenvalues()[0] > 1e-6) {
+      const Eigen::Matrix3d map = solver.operatorInverseSqrt();
+      for (int row = 0; row < 3; ++row) scope.metric[row] = {map(row, 0), map(row, 1), map(row, 2)};
+    }
+  }
+  return scope;
+}
+
+}  // namespace amhex

@@ -1,0 +1,32 @@
+// The part of the mesh that a Delaunay filling looks at, and the metric it sees it in.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "closure/cavities.h"
+#include "closure/working_mesh.h"
+
+namespace amhex {
+
+struct FillScope {
+  std::vector<int> cells;     // living cells to consider, ascending
+  std::vector<int> cavities;  // cavities to fill, ascending
+  // Rows of the linear map under which the scope's cells are about cubes of one size: flat cells
+  // are no unions of Delaunay tetrahedra, cubes are.
+  std::array<Vec3d, 3> metric{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
+  // A scope that ends inside the mesh: fillings that reach its border are void.
+  bool is_local = false;
+  Box3d safe_box;  // where a local filling may place tetrahedra
+
+  Vec3d ToMetric(const Vec3d& p) const {
+    return {Dot(metric[0], p), Dot(metric[1], p), Dot(metric[2], p)};
+  }
+};
+
+FillScope ScopeOfWholeMesh(const WorkingMesh& mesh, const Cavities& cavities);
+
+// The cells around one cavity, in the mean metric of its hexahedra.
+FillScope ScopeAroundCavity(const WorkingMesh& mesh, const Cavities& cavities, int cavity);
+
+}  // namespace amhex
