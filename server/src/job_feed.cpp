@@ -124,6 +124,11 @@ Job JobFeed::Current() const {
   return current_;
 }
 
+Job::State JobFeed::state() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return current_.state();
+}
+
 absl::Time JobFeed::last_publish_time() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return last_publish_time_;

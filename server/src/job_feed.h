@@ -56,6 +56,7 @@ class JobFeed {
 
   // The job with the progress and stages of the running attempt.
   amhex::v1::Job Current() const;
+  amhex::v1::Job::State state() const;
   // When the latest frame was published.
   absl::Time last_publish_time() const;
   int32_t reader_count() const;

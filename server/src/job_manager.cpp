@@ -256,9 +256,14 @@ absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
   AMHEX_ASSIGN_OR_RETURN(const Job before, store_->Get(id));
   const auto feed = FeedFor(id, before);
   AMHEX_ASSIGN_OR_RETURN(const Job after, store_->Get(id));
-  if (after.state() != feed->Current().state()) feed->PublishJob(after);
-  return FeedReader::Open(feed, after_seq, min_interval, options_.limits.max_watcher_count,
-                          std::move(listener));
+  if (after.state() != feed->state()) feed->PublishJob(after);
+  auto reader = FeedReader::Open(feed, after_seq, min_interval, options_.limits.max_watcher_count,
+                                 std::move(listener));
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (std::find(watched_feeds_.begin(), watched_feeds_.end(), feed) == watched_feeds_.end()) {
+    watched_feeds_.push_back(feed);
+  }
+  return reader;
 }
 
 void JobManager::PublishStored(const std::string& id) {

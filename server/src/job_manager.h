@@ -10,6 +10,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -122,7 +123,8 @@ class JobManager {
   void WakeSlots();
 
   void Housekeep();
-  void TendFeeds();
+  void TendWatchedFeeds();
+  void ForgetQuietFeeds();
   void TendQueue();
   void CollectGarbage();
 
@@ -141,6 +143,7 @@ class JobManager {
   std::condition_variable slots_wake_;
   int64_t wake_count_ = 0;
   std::map<std::string, std::shared_ptr<JobFeed>> feeds_;     // by job id
+  std::vector<std::shared_ptr<JobFeed>> watched_feeds_;       // those that have readers
   std::map<std::string, std::shared_ptr<Attempt>> attempts_;  // by job id, running
   bool stopping_ = false;
   std::condition_variable housekeeper_wake_;

@@ -21,8 +21,8 @@ constexpr absl::Duration kQueueInterval = absl::Seconds(1);
 constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
 // WatchJob promises a frame every 15 s.
 constexpr absl::Duration kQuietFeedInterval = absl::Seconds(10);
-// A final job's frames are kept this long for readers that reconnect.
-constexpr absl::Duration kFinalFeedAge = absl::Minutes(10);
+// Frames of a job that does not run are kept this long for readers that reconnect.
+constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 
 FinalOutcome ErrorOutcome(Job::State state, const absl::Status& error) {
   FinalOutcome outcome;
@@ -210,9 +210,10 @@ void JobManager::Housekeep() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stopping_) {
     lock.unlock();
-    TendFeeds();
+    TendWatchedFeeds();
     if (absl::Now() >= next_queue) {
       TendQueue();
+      ForgetQuietFeeds();
       next_queue = absl::Now() + kQueueInterval;
     }
     if (absl::Now() >= next_garbage) {
@@ -225,29 +226,35 @@ void JobManager::Housekeep() {
   }
 }
 
-// Wakes readers that wait for their interval, breaks silences, forgets feeds nobody needs.
-void JobManager::TendFeeds() {
-  std::vector<std::pair<std::string, std::shared_ptr<JobFeed>>> feeds;
+// Wakes readers that wait for their interval, and breaks silences.
+void JobManager::TendWatchedFeeds() {
+  std::vector<std::shared_ptr<JobFeed>> feeds;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    feeds.assign(feeds_.begin(), feeds_.end());
+    watched_feeds_.erase(std::remove_if(watched_feeds_.begin(), watched_feeds_.end(),
+                                        [](const auto& feed) { return feed->reader_count() == 0; }),
+                         watched_feeds_.end());
+    feeds = watched_feeds_;
   }
-  const absl::Time now = absl::Now();
   int64_t readers = 0;
-  for (const auto& [id, feed] : feeds) {
-    const int32_t reader_count = feed->reader_count();
-    readers += reader_count;
-    const Job current = feed->Current();
-    const absl::Duration quiet = now - feed->last_publish_time();
-    if (reader_count > 0) {
-      if (quiet > kQuietFeedInterval && !IsFinal(current.state())) feed->PublishJob(current);
-      feed->WakeReaders();
-    } else if (current.state() != Job::RUNNING && quiet > kFinalFeedAge) {
-      std::lock_guard<std::mutex> lock(mutex_);
-      feeds_.erase(id);
-    }
+  for (const auto& feed : feeds) {
+    readers += feed->reader_count();
+    const absl::Duration quiet = absl::Now() - feed->last_publish_time();
+    if (quiet > kQuietFeedInterval && !IsFinal(feed->state())) feed->PublishJob(feed->Current());
+    feed->WakeReaders();
   }
   metrics_->watchers.Set(static_cast<double>(readers));
+}
+
+void JobManager::ForgetQuietFeeds() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const absl::Time oldest = absl::Now() - kFinalFeedAge;
+  for (auto entry = feeds_.begin(); entry != feeds_.end();) {
+    // Attempts, readers and calls under way hold the feed too; they got it under the lock.
+    const bool needed =
+        entry->second.use_count() > 1 || entry->second->last_publish_time() > oldest;
+    entry = needed ? std::next(entry) : feeds_.erase(entry);
+  }
 }
 
 void JobManager::TendQueue() {

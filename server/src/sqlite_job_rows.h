@@ -37,6 +37,7 @@ CREATE TABLE IF NOT EXISTS job (
   lease_until INTEGER,
   cancel_requested INTEGER NOT NULL DEFAULT 0
 );
+CREATE INDEX IF NOT EXISTS job_state ON job(state);
 CREATE INDEX IF NOT EXISTS job_claim ON job(priority, number) WHERE state = 1;
 CREATE INDEX IF NOT EXISTS job_lease ON job(lease_until) WHERE state = 2;
 CREATE INDEX IF NOT EXISTS job_expire ON job(expire_time) WHERE state >= 3;
