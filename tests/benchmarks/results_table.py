@@ -161,10 +161,10 @@ def table(header, rows):
     return "\n".join(lines)
 
 
-def git(*arguments):
-    run = subprocess.run(["git", "-C", str(REPOSITORY), *arguments],
-                         capture_output=True, text=True, check=False)
-    return run.stdout.strip()
+def commit_of(done):
+    """The commit that the engine was built from, as it says itself: 'amhex 0.1.0 (COMMIT)'."""
+    versions = {report["engine_version"] for _, _, report, _ in done}
+    return ", ".join(sorted(re.sub(r".*\((.*)\)", r"\1", version) for version in versions)) or "–"
 
 
 def machine():
@@ -184,9 +184,6 @@ def write_document(arguments, results):
     done = [(path, cells, report, seconds)
             for path, cells, report, error, seconds in results if report]
     failed = [(path, cells, error) for path, cells, report, error, _ in results if not report]
-    commit = git("rev-parse", "--short=12", "HEAD") or "unknown"
-    changed = git("status", "--porcelain", "--untracked-files=no", "--",
-                  "CMakeLists.txt", "cmake", "engine", "proto", "server", "client")
     stage_names = [stage["stage"] for stage in done[0][2]["stages"]] if done else []
 
     parts = [
@@ -195,10 +192,9 @@ def write_document(arguments, results):
         "parameters but for the size. Every mesh passed the engine's validator and the client's "
         "check. The models are not part of the repository.",
         "\n".join([
-            f"- commit: {commit}" + (" with local changes" if changed else ""),
+            f"- commit: {commit_of(done)}",
             f"- machine: {machine()}, load average {arguments.load_average:.1f} at the start",
             f"- date: {datetime.datetime.now(datetime.timezone.utc):%Y-%m-%d}",
-            f"- engine: {done[0][2]['engine_version'] if done else '–'}",
             f"- backend: {done[0][2]['backend_note'] if done else '–'}",
         ]),
         "## Quality",
