@@ -1,6 +1,10 @@
 #include "closure/boundary_defects.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 
 #include "input/hull_queries.h"
@@ -11,6 +15,13 @@ namespace {
 // A boundary face whose centre is this far from the hull is none: half an edge length is what a
 // missing layer of cells looks like.
 constexpr double kMaxBoundaryDistance = 0.75;
+
+// Probes just outside of faces and edges, in fractions of their size; a second covering changes
+// the winding number there by one.
+constexpr double kProbeOffset = 1e-3;
+constexpr double kMaxOutsideWinding = 0.25;
+// Faces that fold back on each other leave no direction that is plainly outside.
+constexpr double kLeastBisector = 0.05;
 
 using Edge = std::pair<int32_t, int32_t>;
 
@@ -63,6 +74,8 @@ class DefectFinder {
       FindHangingFaces(faces);
     }
     FindFarFaces();
+    // Sheets that dip into each other are looked for only where the rest is sound.
+    if (defects_.empty()) FindOverlaps();
     std::sort(defects_.begin(), defects_.end());
     defects_.erase(std::unique(defects_.begin(), defects_.end()), defects_.end());
     return defects_;
@@ -122,6 +135,63 @@ class DefectFinder {
       const Vec3d centre = FaceCentroid(face, x_);
       if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle < 0) AddFace(face);
     }
+  }
+
+  // Faces and edges with the mesh itself just outside of them.
+  void FindOverlaps() {
+    const Triangles boundary = Triangulate();
+    if (boundary.triangles.empty()) return;
+    const HullQueries queries(boundary.vertices, boundary.triangles);
+    const auto covered = [&](const Vec3d& p) {
+      return queries.WindingNumber(p) > kMaxOutsideWinding;
+    };
+    std::vector<uint8_t> bad(faces_.size(), 0);
+    oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t f) {
+      const Vec3d area = AreaVector(faces_[f], x_);
+      bad[f] = covered(FaceCentroid(faces_[f], x_) +
+                       Normalized(area) * (kProbeOffset * std::sqrt(Norm(area))));
+    });
+    for (size_t f = 0; f < faces_.size(); ++f) {
+      if (bad[f]) AddFace(faces_[f]);
+    }
+    std::vector<std::pair<Edge, Vec3d>> edges;  // with the sum of both surface normals
+    for (const auto& [edge, normal] : boundary.edge_normals) edges.emplace_back(edge, normal);
+    std::vector<uint8_t> bad_edge(edges.size(), 0);
+    oneapi::tbb::parallel_for(size_t{0}, edges.size(), [&](size_t e) {
+      const auto& [edge, normal] = edges[e];
+      if (Norm(normal) < kLeastBisector) return;
+      const Vec3d &a = x_[edge.first], &b = x_[edge.second];
+      bad_edge[e] = covered((a + b) / 2.0 + Normalized(normal) * (kProbeOffset * Norm(b - a)));
+    });
+    for (size_t e = 0; e < edges.size(); ++e) {
+      if (!bad_edge[e]) continue;
+      defects_.push_back(edges[e].first.first);
+      defects_.push_back(edges[e].first.second);
+    }
+  }
+
+  struct Triangles {
+    std::vector<Vec3d> vertices;
+    std::vector<std::array<int32_t, 3>> triangles;
+    std::map<Edge, Vec3d> edge_normals;
+  };
+
+  // The boundary as triangles, quads as four around their centre.
+  Triangles Triangulate() const {
+    Triangles result;
+    result.vertices = x_;
+    for (const CellFace& face : faces_) {
+      const auto centre = static_cast<int32_t>(result.vertices.size());
+      if (face.count == 4) result.vertices.push_back(FaceCentroid(face, x_));
+      for (int j = 0; j < face.count; ++j) {
+        const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
+        const Vec3d apex = face.count == 4 ? result.vertices[centre] : x_[face.v[(j + 2) % 3]];
+        if (face.count == 4) result.triangles.push_back({a, b, centre});
+        result.edge_normals[std::minmax(a, b)] += Normalized(Cross(x_[b] - x_[a], apex - x_[a]));
+      }
+      if (face.count == 3) result.triangles.push_back({face.v[0], face.v[1], face.v[2]});
+    }
+    return result;
   }
 
   void AddFace(const CellFace& face) {
