@@ -5,18 +5,13 @@
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
 #include "base/status_macros.h"
+#include "cost_model.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
 
 namespace amhex {
 namespace {
 
-// Measured on models of 1.5k to 20k cells, CPU backend, one core; memory is the process's peak.
-constexpr double kSecondsPerCell = 2e-3;
-constexpr double kSecondsPerInputElement = 2e-5;
-constexpr int64_t kBytesPerCell = 20'000;
-constexpr int64_t kBytesPerInputElement = 600;
-constexpr int64_t kBytesAtRest = 50'000'000;
 // A solid whose surface does not say how much it holds (clouds, soups) is taken to fill this share
 // of its box.
 constexpr double kTypicalFill = 0.5;
@@ -80,8 +75,7 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   }
   CostEstimate estimate;
   estimate.cell_count = std::max<int64_t>(1, std::llround(cells));
-  estimate.memory_bytes =
-      kBytesAtRest + kBytesPerCell * estimate.cell_count + kBytesPerInputElement * element_count;
+  estimate.memory_bytes = ExpectedMemoryBytes(estimate.cell_count, element_count);
   estimate.seconds = kSecondsPerCell * static_cast<double>(estimate.cell_count) +
                      kSecondsPerInputElement * static_cast<double>(element_count);
   const int64_t limit = params.run.memory_limit_bytes;

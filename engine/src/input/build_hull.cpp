@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
+#include "cost_model.h"
 #include "input/close_mesh.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
@@ -110,6 +111,23 @@ void ReportFraction(double fraction, RunContext& run) {
   run.Report(progress);
 }
 
+int64_t ElementCount(const InputHull& input) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&input)) {
+    return static_cast<int64_t>(mesh->triangles.size());
+  }
+  return static_cast<int64_t>(std::get<PointCloud>(input).points.size());
+}
+
+// The cells are known now, better than any estimate before the run could know them.
+absl::Status CheckMemory(double cells, const InputHull& input, int64_t limit) {
+  const auto cell_count = static_cast<int64_t>(cells);
+  const int64_t bytes = ExpectedMemoryBytes(cell_count, ElementCount(input));
+  if (limit == 0 || bytes <= limit) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("about ", bytes, " bytes are needed for ",
+                                                   cell_count, " cells, run.memory_limit_bytes is ",
+                                                   limit));
+}
+
 struct SizedSolid {
   ClosedSurface closed;
   double volume = 0;            // of its frame
@@ -159,6 +177,8 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
 
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;
+  AMHEX_RETURN_IF_ERROR(
+      CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
   Hull hull;
   hull.frame = {unit.origin, sized.user_edge_length};
   hull.vertices = std::move(solid.vertices);

@@ -342,6 +342,14 @@ TEST(BuildHull, TooLargeEdgeLengthsAreRefused) {
   EXPECT_THAT(ErrorOf(fixtures::MakeBox({1, 1, 1}, 0.5), params), HasSubstr("edge_length"));
 }
 
+TEST(BuildHull, MoreMemoryThanPermittedIsRefusedBeforeItIsUsed) {
+  MeshingParams params = WithCells(1'000'000);
+  params.run.memory_limit_bytes = 100'000'000;
+  const auto hull = Build(fixtures::MakeSphere(1, 0.3), params);
+  EXPECT_EQ(hull.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(hull.status().message()), HasSubstr("100000000"));
+}
+
 TEST(BuildHull, AStoppedRunIsCancelled) {
   RunContext run;
   run.RequestStop();

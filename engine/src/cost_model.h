@@ -1,0 +1,20 @@
+// What runs cost, as measured; shared by the estimate and by the check at a run's start.
+#pragma once
+
+#include <cstdint>
+
+namespace amhex {
+
+// Models of 1.5k to 12k cells, CPU backend, one core; memory is the process's peak.
+inline constexpr double kSecondsPerCell = 2e-3;
+inline constexpr double kSecondsPerInputElement = 2e-5;
+inline constexpr int64_t kBytesPerCell = 8'000;
+inline constexpr int64_t kBytesPerInputElement = 600;
+inline constexpr int64_t kBytesAtRest = 50'000'000;
+
+// `input_elements` counts triangles or points.
+inline constexpr int64_t ExpectedMemoryBytes(int64_t cell_count, int64_t input_elements) {
+  return kBytesAtRest + kBytesPerCell * cell_count + kBytesPerInputElement * input_elements;
+}
+
+}  // namespace amhex
