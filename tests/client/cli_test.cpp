@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -178,7 +179,10 @@ TEST(JobNames, MayBeGivenWithoutTheirPrefix) {
 
 class LoadInputTest : public ::testing::Test {
  protected:
-  LoadInputTest() : folder_(std::filesystem::temp_directory_path() / "amhex_load_input_test") {
+  // A folder of this process's own: tests run side by side.
+  LoadInputTest()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("amhex_load_input_test_" + std::to_string(getpid()))) {
     std::filesystem::create_directories(folder_);
   }
   ~LoadInputTest() override { std::filesystem::remove_all(folder_); }
