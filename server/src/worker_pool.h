@@ -31,6 +31,8 @@ class WorkerPool {
     int worker_count = 1;
     // A worker that was asked to stop is killed after this.
     absl::Duration stop_patience = absl::Seconds(5);
+    // A decoder cannot be asked to stop; beyond this its worker is killed and the input blamed.
+    absl::Duration decode_patience = absl::Minutes(2);
     // Time for a worker to say hello.
     absl::Duration start_patience = absl::Seconds(60);
   };

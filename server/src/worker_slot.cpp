@@ -172,6 +172,9 @@ void WorkerSlot::CheckStopCauses(Run* run) {
       AskToStop(StopCause::kTimeout, run);
     } else if (Stopping() && absl::ToUnixNanos(now) >= stop_deadline_nanos_) {
       AskToStop(StopCause::kShutdown, run);
+    } else if (now >= run->decode_deadline) {
+      run->stop_cause = StopCause::kSlowDecoder;
+      run->kill_time = now;
     }
   }
   // Its death is noticed as the end of the socket.
@@ -203,9 +206,13 @@ void WorkerSlot::Handle(const FromWorker& news, Run* run) {
   switch (news.news_case()) {
     case FromWorker::kProgress:
       run->stage = news.progress().stage();
+      run->decode_deadline = run->stage == amhex::v1::STAGE_DECODE_INPUT
+                                 ? absl::Now() + pool_->options_.decode_patience
+                                 : absl::InfiniteFuture();
       manager_->ReportProgress(*run->attempt, news.progress());
       break;
     case FromWorker::kStage:
+      run->decode_deadline = absl::InfiniteFuture();
       manager_->ReportStage(*run->attempt, news.stage());
       break;
     case FromWorker::kFinished:
@@ -247,6 +254,12 @@ void WorkerSlot::HandleDeath(Run* run) {
       break;
     case StopCause::kShutdown:
       manager_->GiveBack(*run->attempt);
+      break;
+    case StopCause::kSlowDecoder:
+      manager_->Fail(*run->attempt,
+                     MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
+                               "decoding the input took longer than " +
+                                   absl::FormatDuration(pool_->options_.decode_patience)));
       break;
     case StopCause::kNone:
       ++failed_starts_;

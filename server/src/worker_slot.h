@@ -27,7 +27,7 @@ class WorkerSlot {
 
  private:
   // Why the child was asked to stop, if it was.
-  enum class StopCause { kNone, kCancel, kTimeout, kShutdown };
+  enum class StopCause { kNone, kCancel, kTimeout, kShutdown, kSlowDecoder };
 
   struct Run {
     std::shared_ptr<Attempt> attempt;
@@ -35,6 +35,7 @@ class WorkerSlot {
     absl::Time kill_time = absl::InfiniteFuture();
     absl::Time next_heartbeat;
     absl::Time run_deadline;
+    absl::Time decode_deadline = absl::InfiniteFuture();
     amhex::v1::Stage stage = amhex::v1::STAGE_UNSPECIFIED;
     bool over = false;
   };

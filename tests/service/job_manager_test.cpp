@@ -36,6 +36,7 @@ class JobManagerTest : public ::testing::Test {
     pool_options.command.path = AMHEX_SCRIPTED_WORKER;
     pool_options.worker_count = worker_count;
     pool_options.stop_patience = absl::Milliseconds(300);
+    pool_options.decode_patience = absl::Milliseconds(500);
     pool_ = std::make_unique<WorkerPool>(pool_options, manager_.get());
     pool_->Start(nullptr);
   }
@@ -128,6 +129,16 @@ TEST_F(JobManagerTest, InputThatCrashesTheDecoderFailsAtOnce) {
   EXPECT_EQ(job.state(), Job::FAILED);
   EXPECT_EQ(ReasonOf(job.error()), "INPUT_DECODE_LIMIT");
   EXPECT_EQ(job.attempt_count(), 1);
+}
+
+TEST_F(JobManagerTest, InputThatKeepsTheDecoderBusyFailsOnce) {
+  Start();
+  const Job job = Finished(Submit("decode; deaf 60000; succeed mesh;"));
+  EXPECT_EQ(job.state(), Job::FAILED);
+  EXPECT_EQ(ReasonOf(job.error()), "INPUT_DECODE_LIMIT");
+  EXPECT_EQ(job.attempt_count(), 1);
+  EXPECT_EQ(Finished(Submit("decode; progress 1; deaf 700; succeed mesh;")).state(),
+            Job::SUCCEEDED);
 }
 
 TEST_F(JobManagerTest, OtherJobsRunAfterACrash) {
