@@ -16,6 +16,8 @@
 namespace amhex::server {
 namespace {
 
+constexpr absl::Duration kTeardownPatience = absl::Seconds(1);
+
 // Blocks the signals that end the server in this and all later threads; they are waited for.
 sigset_t BlockEndingSignals() {
   sigset_t signals;
@@ -50,6 +52,16 @@ void ServeUntilSignal(Server* server, const ServerOptions& options, const sigset
   stopper.join();
 }
 
+// Once stopped, every call is answered and everything durable is on disk. The libraries' own
+// teardown has been seen to wait ten seconds and more; the end of the process does not depend on
+// it.
+void BoundTeardown() {
+  std::thread([] {
+    absl::SleepFor(kTeardownPatience);
+    std::_Exit(EXIT_SUCCESS);
+  }).detach();
+}
+
 int Main(int argc, char** argv) {
   int exit_code = EXIT_SUCCESS;
   const auto options = ParseOptions(argc, argv, &exit_code);
@@ -70,6 +82,7 @@ int Main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   ServeUntilSignal(server->get(), *options, signals);
+  BoundTeardown();
   return EXIT_SUCCESS;
 }
 
