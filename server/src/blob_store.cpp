@@ -161,8 +161,8 @@ absl::StatusOr<std::unique_ptr<BlobStore>> BlobStore::Open(const std::string& ro
                                                            const Limits& limits) {
   std::unique_ptr<BlobStore> store(new BlobStore(root, limits));
   std::error_code error;
-  fs::remove_all(root + "/work", error);
-  for (const char* folder : {"/blobs", "/uploads", "/work"}) {
+  fs::remove_all(root + "/scratch", error);
+  for (const char* folder : {"/blobs", "/uploads", "/scratch"}) {
     if (auto status = MakeFolders(root + folder); !status.ok()) return status;
   }
   store->total_bytes_ = BytesBelow(root + "/blobs");
@@ -179,7 +179,7 @@ std::string BlobStore::UploadPath(const std::string& sha256) const {
 }
 
 std::string BlobStore::NewWorkPath(const std::string& job_id, int64_t epoch) const {
-  return root_ + "/work/" + job_id + "-" + std::to_string(epoch);
+  return root_ + "/scratch/" + job_id + "-" + std::to_string(epoch);
 }
 
 bool BlobStore::Contains(const std::string& sha256) const { return Size(sha256).ok(); }
@@ -219,7 +219,7 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
     return blob;
   }
   if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
-  std::string draft = root_ + "/work/put-XXXXXX";
+  std::string draft = root_ + "/scratch/put-XXXXXX";
   UniqueFd fd(mkostemp(draft.data(), O_CLOEXEC));
   if (!fd.valid()) return FileError("cannot make a file of the store", errno);
   absl::Status status = WriteAllAt(fd.get(), bytes.data(), bytes.size(), 0);

@@ -1,6 +1,6 @@
 // Inputs and results as files named by the SHA-256 of their bytes.
 //
-// Layout under the root: blobs/ab/<sha256> complete blobs, uploads/<sha256> partial ones, work/
+// Layout under the root: blobs/ab/<sha256> complete blobs, uploads/<sha256> partial ones, scratch/
 // what workers are writing. A blob appears under its name only when complete, checked and durable.
 #pragma once
 
