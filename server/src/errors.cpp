@@ -12,6 +12,7 @@ namespace {
 constexpr char kTypePrefix[] = "type.googleapis.com/";
 // gRPC refuses to send trailers beyond 8 KiB by default; messages leave room for the details.
 constexpr size_t kMaxMessageBytes = 2048;
+constexpr absl::Duration kQuotaRetryDelay = absl::Seconds(10);
 constexpr size_t kMaxViolations = 24;
 constexpr size_t kMaxDescriptionBytes = 128;
 
@@ -65,6 +66,18 @@ absl::Status WithPrecondition(absl::Status error, const std::string& type,
   violation->set_description(std::string(error.message()));
   Attach(failure, &error);
   return error;
+}
+
+absl::Status QuotaExceeded(const std::string& what, int64_t limit) {
+  const std::string message = "the tenant may have " + std::to_string(limit) + " " + what;
+  google::rpc::QuotaFailure failure;
+  auto* violation = failure.add_violations();
+  violation->set_subject(what);
+  violation->set_description(message);
+  absl::Status error =
+      MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUOTA_EXCEEDED, message);
+  Attach(failure, &error);
+  return WithRetryDelay(std::move(error), kQuotaRetryDelay);
 }
 
 absl::Status ServerFault(const std::string& message) {

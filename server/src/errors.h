@@ -27,6 +27,9 @@ absl::Status WithRetryDelay(absl::Status error, absl::Duration delay);
 absl::Status WithPrecondition(absl::Status error, const std::string& type,
                               const std::string& subject);
 
+// RESOURCE_EXHAUSTED QUOTA_EXCEEDED: a tenant has `limit` of `what` already.
+absl::Status QuotaExceeded(const std::string& what, int64_t limit);
+
 // A fault of the server itself; `message` is logged by the caller, not shown.
 absl::Status ServerFault(const std::string& message);
 

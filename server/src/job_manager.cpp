@@ -81,7 +81,7 @@ absl::StatusOr<std::unique_ptr<JobManager>> JobManager::Create(const Options& op
                                                                std::unique_ptr<BlobStore> blobs,
                                                                Metrics* metrics) {
   AMHEX_ASSIGN_OR_RETURN(const int64_t generation, store->NextGeneration());
-  AMHEX_ASSIGN_OR_RETURN(const int64_t requeued, store->RequeueRunning());
+  AMHEX_ASSIGN_OR_RETURN(const int64_t requeued, store->RequeueRunning(options.node));
   if (requeued > 0) LogInfo("jobs_requeued", {{"count", requeued}});
   std::unique_ptr<JobManager> manager(
       new JobManager(options, std::move(store), std::move(blobs), metrics, generation));

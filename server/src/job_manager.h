@@ -55,6 +55,8 @@ class JobManager {
  public:
   struct Options {
     Limits limits;
+    // Name of this server among those that share a store.
+    std::string node = "local";
     absl::Duration lease = absl::Seconds(30);
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
@@ -120,6 +122,7 @@ class JobManager {
   void Forget(const Attempt& attempt);
   // Reads the job anew and tells its watchers.
   void PublishStored(const std::string& id);
+  void PublishFinished(const std::string& id);
   void WakeSlots();
 
   void Housekeep();

@@ -47,7 +47,11 @@ std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
     seen = wake_count_;
   }
   auto claimed = draining_ ? std::optional<ClaimedJob>() : [&] {
-    auto result = store_->Claim(worker, absl::Now(), options_.lease);
+    Claimant claimant;
+    claimant.node = options_.node;
+    claimant.worker = worker;
+    claimant.lease = options_.lease;
+    auto result = store_->Claim(claimant, absl::Now());
     if (result.ok()) return *std::move(result);
     LogError("claim_failed", {{"message", std::string(result.status().message())}});
     return std::optional<ClaimedJob>();
@@ -128,20 +132,25 @@ void JobManager::Finish(Attempt& attempt, const FinalOutcome& outcome) {
   if (outcome.state != Job::SUCCEEDED) {
     complete.details.set_failed_stage(live.progress().stage());
   }
-  const absl::Status status = store_->Finish(attempt.id(), attempt.epoch(), complete, absl::Now());
+  const auto twins = store_->Finish(attempt.id(), attempt.epoch(), complete, absl::Now());
   if (attempt.cancel_requested()) {
     const int64_t nanos = absl::GetCurrentTimeNanos() - attempt.cancel_time_nanos_;
     metrics_->cancel_latency_seconds.Observe(1e-9 * static_cast<double>(nanos));
   }
   Forget(attempt);
-  if (!status.ok()) {
+  if (!twins.ok()) {
     LogError("finish_not_recorded", {{"job", attempt.job().name()},
                                      {"epoch", attempt.epoch()},
-                                     {"message", std::string(status.message())}});
+                                     {"message", std::string(twins.status().message())}});
     return;
   }
-  PublishStored(attempt.id());
-  const auto job = store_->Get(attempt.id());
+  PublishFinished(attempt.id());
+  for (const std::string& twin : *twins) PublishFinished(twin);
+}
+
+void JobManager::PublishFinished(const std::string& id) {
+  PublishStored(id);
+  const auto job = store_->Get(id);
   if (job.ok()) CountFinished(*job);
 }
 
@@ -188,16 +197,18 @@ void JobManager::WorkerDied(Attempt& attempt, const std::string& how) {
   }
   constexpr int kMaxDoublings = 8;
   const absl::Duration delay = options_.retry_delay * (1 << std::min(attempts - 1, kMaxDoublings));
-  const absl::Status status = store_->Release(attempt.id(), attempt.epoch(),
-                                              ReleaseMode::kSpendAttempt, absl::Now() + delay);
+  const absl::Time now = absl::Now();
+  const absl::Status status =
+      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kSpendAttempt, now, now + delay);
   Forget(attempt);
   if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
   PublishStored(attempt.id());
 }
 
 void JobManager::GiveBack(Attempt& attempt) {
+  const absl::Time now = absl::Now();
   const absl::Status status =
-      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kGiveAttemptBack, absl::Now());
+      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kGiveAttemptBack, now, now);
   Forget(attempt);
   LogInfo("job_given_back", {{"job", attempt.job().name()}});
   if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
@@ -264,7 +275,7 @@ void JobManager::TendQueue() {
       metrics_->lease_expired.Increment();
       const auto outcome = ErrorOutcome(
           Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
-      if (store_->Finish(job.id, job.epoch, outcome, now).ok()) PublishStored(job.id);
+      if (store_->Finish(job.id, job.epoch, outcome, now).ok()) PublishFinished(job.id);
     }
   }
   const auto timed_out = store_->ExpireQueued(
@@ -273,11 +284,7 @@ void JobManager::TendQueue() {
                              "the job waited in the queue longer than its queue_timeout")),
       now);
   if (timed_out.ok()) {
-    for (const std::string& id : *timed_out) {
-      PublishStored(id);
-      const auto job = store_->Get(id);
-      if (job.ok()) CountFinished(*job);
-    }
+    for (const std::string& id : *timed_out) PublishFinished(id);
   }
   if (const auto removed = store_->RemoveExpired(now); removed.ok()) {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -300,6 +307,8 @@ void JobManager::TendQueue() {
 void JobManager::CollectGarbage() {
   std::lock_guard<std::mutex> admission(admission_mutex_);
   const absl::Time now = absl::Now();
+  const auto dropped = store_->DropUnusedGrants(now - options_.unused_blob_age);
+  if (!dropped.ok()) LogError("grants_not_dropped", {});
   const int64_t freed =
       blobs_->Collect(now - options_.unused_blob_age, now - options_.resting_upload_age,
                       [this](const std::string& sha256) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,10 +18,27 @@
 
 namespace amhex::server {
 
+// One step of priority counts as much as this wait in the queue: a job overtakes only those that
+// came at most (steps * kPriorityStep) before it, so nothing waits for ever.
+inline constexpr absl::Duration kPriorityStep = absl::Minutes(1);
+
+// Whom a job belongs to and what that tenant may have. Zero bounds nothing.
+struct Tenant {
+  std::string name = "default";
+  int32_t weight = 1;            // share of the workers' time against other tenants', [1, 1000]
+  int64_t max_queued_jobs = 0;   // waiting at the same time
+  int64_t max_running_jobs = 0;  // running at the same time
+  int64_t max_blob_bytes = 0;    // owned at the same time; the caller of the store sees to it
+};
+
 struct NewJob {
-  std::string id;            // a fresh UUID
-  std::string request_id;    // may be empty
+  std::string id;  // a fresh UUID
+  Tenant tenant;
+  std::string request_id;    // may be empty; unique per tenant
   std::string request_hash;  // digest of the request; compared when request_id repeats
+  // Jobs of one tenant with the same key have the same result; empty: never shared.
+  std::string cache_key;
+  int64_t memory_bytes = 0;  // expected peak of the worker; 0: not known
   amhex::v1::Job job;        // input, encoding, params, priority, labels, timeouts, max_attempts
   absl::Duration ttl;        // from the job's end to its removal
 };
@@ -28,6 +46,17 @@ struct NewJob {
 struct SubmittedJob {
   amhex::v1::Job job;
   bool is_new = false;  // false: request_id was known
+};
+
+// Who asks for a job, and what it can run.
+struct Claimant {
+  std::string node;    // of the cluster; its restart gives back what it ran
+  std::string worker;  // on that node
+  absl::Duration lease;
+  int64_t total_memory_bytes = std::numeric_limits<int64_t>::max();  // larger jobs are not for it
+  int64_t free_memory_bytes = std::numeric_limits<int64_t>::max();   // larger jobs must wait
+  // A job that is next but does not fit is overtaken by smaller ones for this long.
+  absl::Duration max_overtaking = absl::Seconds(30);
 };
 
 struct ClaimedJob {
@@ -39,10 +68,11 @@ struct ClaimedJob {
 // How an attempt ended for good.
 struct FinalOutcome {
   amhex::v1::Job::State state = amhex::v1::Job::FAILED;  // SUCCEEDED, FAILED or CANCELLED
-  amhex::v1::Job details;  // only stages, failed_stage and error or result are kept
+  amhex::v1::Job details;  // only stages, failed_stage, shared_result and error or result
 };
 
 struct JobQuery {
+  std::optional<std::string> tenant;  // absent: of all tenants
   int page_size = 0;
   int64_t before_number = 0;  // only older jobs; 0: from the newest
   std::vector<amhex::v1::Job::State> states;
@@ -66,25 +96,31 @@ class JobStore {
   // A number that grows with every opening of the store.
   virtual absl::StatusOr<int64_t> NextGeneration() = 0;
 
-  // ALREADY_EXISTS REQUEST_ID_REUSED; RESOURCE_EXHAUSTED QUEUE_FULL beyond `max_queued` jobs.
+  // A job is final at once when a SUCCEEDED one of the tenant has its cache_key. ALREADY_EXISTS
+  // REQUEST_ID_REUSED; RESOURCE_EXHAUSTED QUEUE_FULL beyond `max_queued` jobs of all tenants, and
+  // QUOTA_EXCEEDED beyond the tenant's. The tenant owns the input from then on.
   virtual absl::StatusOr<SubmittedJob> Submit(const NewJob& job, int64_t max_queued,
                                               absl::Time now) = 0;
-  // NOT_FOUND JOB_NOT_FOUND.
+  // NOT_FOUND JOB_NOT_FOUND. Job.tenant tells whose it is; callers must not show it to others.
   virtual absl::StatusOr<amhex::v1::Job> Get(const std::string& id) = 0;
   virtual absl::StatusOr<JobPage> List(const JobQuery& query) = 0;
 
-  // The next job to run by (priority, creation), or nothing.
-  virtual absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, absl::Time now,
-                                                          absl::Duration lease) = 0;
+  // The next job to run, or nothing. First the tenant that has had the least of the workers' time
+  // for its weight, then its job of the least creation time + priority * kPriorityStep. A job waits
+  // while one with its cache_key runs.
+  virtual absl::StatusOr<std::optional<ClaimedJob>> Claim(const Claimant& claimant,
+                                                          absl::Time now) = 0;
   // Extends the lease; true if the job is to be cancelled. ABORTED if fenced.
   virtual absl::StatusOr<bool> Heartbeat(const std::string& id, int64_t epoch, absl::Time now,
                                          absl::Duration lease) = 0;
-  // ABORTED if fenced: the outcome is not recorded.
-  virtual absl::Status Finish(const std::string& id, int64_t epoch, const FinalOutcome& outcome,
-                              absl::Time now) = 0;
+  // ABORTED if fenced: the outcome is not recorded. A success also ends the queued jobs of the
+  // tenant with the same cache_key; returns their ids. The tenant owns the result from then on.
+  virtual absl::StatusOr<std::vector<std::string>> Finish(const std::string& id, int64_t epoch,
+                                                          const FinalOutcome& outcome,
+                                                          absl::Time now) = 0;
   // Back to the queue, not before `not_before`; the caller checks max_attempts. ABORTED if fenced.
   virtual absl::Status Release(const std::string& id, int64_t epoch, ReleaseMode mode,
-                               absl::Time not_before) = 0;
+                               absl::Time now, absl::Time not_before) = 0;
 
   // QUEUED becomes CANCELLED with `outcome`, RUNNING is marked; final jobs stay. NOT_FOUND.
   virtual absl::StatusOr<amhex::v1::Job> RequestCancel(const std::string& id,
@@ -93,8 +129,9 @@ class JobStore {
   // NOT_FOUND; FAILED_PRECONDITION JOB_NOT_FINAL.
   virtual absl::Status Delete(const std::string& id) = 0;
 
-  // Puts every RUNNING job back, the attempt given back. For the start, when no worker runs yet.
-  virtual absl::StatusOr<int64_t> RequeueRunning() = 0;
+  // Puts the RUNNING jobs of a node back, the attempts given back. For the node's start, when none
+  // of its workers runs yet.
+  virtual absl::StatusOr<int64_t> RequeueRunning(const std::string& node) = 0;
   // Puts jobs whose lease ended back (attempts left) and returns those without attempts left.
   virtual absl::StatusOr<std::vector<ClaimedJob>> ReapExpiredLeases(absl::Time now) = 0;
   // Fails the queued jobs that waited longer than their queue_timeout; returns their ids.
@@ -102,11 +139,25 @@ class JobStore {
                                                                 absl::Time now) = 0;
   // Removes final jobs past their expire_time; returns their ids.
   virtual absl::StatusOr<std::vector<std::string>> RemoveExpired(absl::Time now) = 0;
+  // Removes up to `count` final jobs that ended before `before`, oldest end first; returns their
+  // ids. For when blobs take more room than there is.
+  virtual absl::StatusOr<std::vector<std::string>> RemoveOldestFinal(int count,
+                                                                     absl::Time before) = 0;
 
   virtual absl::StatusOr<std::map<amhex::v1::Job::State, int64_t>> CountByState() = 0;
   // When the oldest queued job was created.
   virtual absl::StatusOr<std::optional<absl::Time>> OldestQueued() = 0;
-  // True if a job names the blob as input or result.
+
+  // Notes that a tenant owns a blob: it uploaded it, or a job of its names it. Renews `now`.
+  virtual absl::Status GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                                 absl::Time now) = 0;
+  virtual absl::StatusOr<bool> OwnsBlob(const std::string& tenant, const std::string& sha256) = 0;
+  // Bytes of all blobs that a tenant owns.
+  virtual absl::StatusOr<int64_t> OwnedBytes(const std::string& tenant) = 0;
+  // Ends the ownership of blobs granted before `before` that no job of the tenant names; returns
+  // how many.
+  virtual absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) = 0;
+  // True if a job names the blob as input or result, or a tenant owns it.
   virtual absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include "errors.h"
+#include "status_macros.h"
 
 namespace amhex::server {
 namespace {
@@ -92,6 +93,12 @@ absl::StatusOr<SqliteStatement> SqliteDatabase::Prepare(const std::string& sql) 
   const int code = sqlite3_prepare_v2(database_, sql.c_str(), -1, &statement, nullptr);
   if (code != SQLITE_OK) return DatabaseError(code);
   return SqliteStatement(statement);
+}
+
+absl::StatusOr<int64_t> SqliteDatabase::QueryInt(const std::string& sql) {
+  AMHEX_ASSIGN_OR_RETURN(auto statement, Prepare(sql));
+  AMHEX_ASSIGN_OR_RETURN(const bool has_row, statement.Step());
+  return has_row ? statement.IntColumn(0) : 0;
 }
 
 int64_t SqliteDatabase::ChangeCount() const { return sqlite3_changes64(database_); }

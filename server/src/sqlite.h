@@ -52,6 +52,8 @@ class SqliteDatabase {
   // Runs statements without values or rows.
   absl::Status Execute(const std::string& sql);
   absl::StatusOr<SqliteStatement> Prepare(const std::string& sql);
+  // The number that a query without values gives; 0 if it gives no row.
+  absl::StatusOr<int64_t> QueryInt(const std::string& sql);
   // Rows changed by the latest statement.
   int64_t ChangeCount() const;
 

@@ -22,6 +22,8 @@ Job ReadJob(const SqliteStatement& row) {
   job.ParseFromString(row.TextColumn(kSpec));
   if (!row.IsNull(kOutcome)) job.MergeFromString(row.TextColumn(kOutcome));
   job.set_name(JobName(row.TextColumn(kId)));
+  job.set_tenant(row.TextColumn(kTenant));
+  job.set_expected_memory_bytes(row.IntColumn(kMemoryBytes));
   job.set_state(static_cast<Job::State>(row.IntColumn(kState)));
   job.set_attempt_count(static_cast<int32_t>(row.IntColumn(kAttempt)));
   job.set_max_attempts(static_cast<int32_t>(row.IntColumn(kMaxAttempts)));
@@ -41,6 +43,7 @@ std::string OutcomeBytes(const FinalOutcome& outcome) {
   *kept.mutable_stages() = outcome.details.stages();
   kept.set_failed_stage(outcome.details.failed_stage());
   if (outcome.details.has_error()) *kept.mutable_error() = outcome.details.error();
+  kept.set_shared_result(outcome.details.shared_result());
   if (outcome.details.has_result()) *kept.mutable_result() = outcome.details.result();
   return kept.SerializeAsString();
 }

@@ -10,15 +10,19 @@
 namespace amhex::server {
 
 // Times are microseconds since 1970. `spec` is a serialized Job with what the client sent,
-// `outcome` one with stages, failed_stage and error or result.
+// `outcome` one with stages, failed_stage and error or result. `queue_key` orders a tenant's queue.
+// `tenant.served` is the time its jobs have run, divided by its weight.
 inline constexpr char kSchema[] = R"sql(
 CREATE TABLE IF NOT EXISTS job (
   number INTEGER PRIMARY KEY AUTOINCREMENT,
   id TEXT NOT NULL UNIQUE,
-  request_id TEXT UNIQUE,
+  tenant TEXT NOT NULL,
+  request_id TEXT,
   request_hash TEXT NOT NULL,
+  cache_key TEXT,
   state INTEGER NOT NULL CHECK (state BETWEEN 1 AND 5),
-  priority INTEGER NOT NULL,
+  queue_key INTEGER NOT NULL,
+  memory_bytes INTEGER NOT NULL,
   spec BLOB NOT NULL,
   outcome BLOB,
   input_sha256 TEXT NOT NULL,
@@ -33,31 +37,66 @@ CREATE TABLE IF NOT EXISTS job (
   attempt INTEGER NOT NULL DEFAULT 0,
   max_attempts INTEGER NOT NULL,
   lease_epoch INTEGER NOT NULL DEFAULT 0,
+  lease_node TEXT,
   lease_owner TEXT,
   lease_until INTEGER,
-  cancel_requested INTEGER NOT NULL DEFAULT 0
+  cancel_requested INTEGER NOT NULL DEFAULT 0,
+  UNIQUE (tenant, request_id)
 );
 CREATE INDEX IF NOT EXISTS job_state ON job(state);
-CREATE INDEX IF NOT EXISTS job_claim ON job(priority, number) WHERE state = 1;
+CREATE INDEX IF NOT EXISTS job_claim ON job(tenant, queue_key, number) WHERE state = 1;
 CREATE INDEX IF NOT EXISTS job_lease ON job(lease_until) WHERE state = 2;
 CREATE INDEX IF NOT EXISTS job_expire ON job(expire_time) WHERE state >= 3;
+CREATE INDEX IF NOT EXISTS job_end ON job(end_time) WHERE state >= 3;
+CREATE INDEX IF NOT EXISTS job_list ON job(tenant, number);
+CREATE INDEX IF NOT EXISTS job_cache ON job(tenant, cache_key) WHERE cache_key IS NOT NULL;
 CREATE INDEX IF NOT EXISTS job_input ON job(input_sha256);
 CREATE INDEX IF NOT EXISTS job_result ON job(result_sha256) WHERE result_sha256 IS NOT NULL;
+CREATE TABLE IF NOT EXISTS tenant (name TEXT PRIMARY KEY, weight INTEGER NOT NULL,
+                                   max_running INTEGER NOT NULL, served INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS blob_owner (tenant TEXT NOT NULL, sha256 TEXT NOT NULL,
+                                       bytes INTEGER NOT NULL, grant_time INTEGER NOT NULL,
+                                       PRIMARY KEY (tenant, sha256));
+CREATE INDEX IF NOT EXISTS blob_owner_sha256 ON blob_owner(sha256);
 CREATE TABLE IF NOT EXISTS generation (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),
                                        number INTEGER NOT NULL);
 INSERT OR IGNORE INTO generation VALUES (1, 0);
 )sql";
 
-inline constexpr int kSchemaVersion = 1;
+// Version 1 knew one tenant and no sizes. Its table is set aside, made anew and filled again.
+inline constexpr char kLeaveVersion1[] = R"sql(
+ALTER TABLE job RENAME TO job_version_1;
+DROP INDEX job_state; DROP INDEX job_claim; DROP INDEX job_lease; DROP INDEX job_expire;
+DROP INDEX job_input; DROP INDEX job_result;
+)sql";
+inline constexpr char kFillFromVersion1[] = R"sql(
+INSERT INTO job(number, id, tenant, request_id, request_hash, state, queue_key, memory_bytes, spec,
+                outcome, input_sha256, result_sha256, create_time, not_before, queue_deadline,
+                start_time, end_time, expire_time, ttl, attempt, max_attempts, lease_epoch,
+                cancel_requested)
+  SELECT number, id, 'default', request_id, request_hash, CASE state WHEN 2 THEN 1 ELSE state END,
+         create_time + 60000000 * priority, 0, spec, outcome, input_sha256, result_sha256,
+         create_time, not_before, queue_deadline, start_time, end_time, expire_time, ttl, attempt,
+         max_attempts, lease_epoch, cancel_requested
+  FROM job_version_1;
+INSERT OR IGNORE INTO tenant VALUES ('default', 1, 0, 0);
+INSERT OR IGNORE INTO blob_owner SELECT 'default', input_sha256, 0, create_time FROM job;
+INSERT OR IGNORE INTO blob_owner SELECT 'default', result_sha256, 0, create_time FROM job
+  WHERE result_sha256 IS NOT NULL;
+DROP TABLE job_version_1;
+)sql";
+
+inline constexpr int kSchemaVersion = 2;
 
 // The columns that ReadJob needs, in the order of JobColumn.
 inline constexpr char kSelectJob[] =
-    "SELECT number, id, state, spec, outcome, create_time, start_time, end_time, expire_time,"
-    " attempt, cancel_requested, lease_epoch, max_attempts FROM job ";
+    "SELECT number, id, tenant, state, spec, outcome, create_time, start_time, end_time,"
+    " expire_time, attempt, cancel_requested, lease_epoch, max_attempts, memory_bytes FROM job ";
 
 enum JobColumn {
   kNumber,
   kId,
+  kTenant,
   kState,
   kSpec,
   kOutcome,
@@ -68,7 +107,8 @@ enum JobColumn {
   kAttempt,
   kCancelRequested,
   kLeaseEpoch,
-  kMaxAttempts
+  kMaxAttempts,
+  kMemoryBytes
 };
 
 absl::Status JobNotFound(const std::string& id);

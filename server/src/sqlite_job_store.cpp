@@ -14,6 +14,8 @@ namespace {
 
 using amhex::v1::Job;
 
+constexpr absl::Duration kFullQueueRetryDelay = absl::Seconds(5);
+
 std::string StateList(const std::vector<Job::State>& states) {
   std::string list;
   for (const Job::State state : states) {
@@ -38,37 +40,41 @@ SqliteJobStore::SqliteJobStore(std::unique_ptr<SqliteDatabase> database)
 absl::StatusOr<std::unique_ptr<SqliteJobStore>> SqliteJobStore::Open(const std::string& path) {
   AMHEX_ASSIGN_OR_RETURN(auto database, SqliteDatabase::Open(path));
   AMHEX_RETURN_IF_ERROR(database->Execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"));
-  AMHEX_ASSIGN_OR_RETURN(auto version, database->Prepare("PRAGMA user_version"));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, version.Step());
-  const int64_t found = has_row ? version.IntColumn(0) : 0;
-  version = SqliteStatement();
+  std::unique_ptr<SqliteJobStore> store(new SqliteJobStore(std::move(database)));
+  AMHEX_RETURN_IF_ERROR(store->BringSchemaUpToDate());
+  return store;
+}
+
+absl::Status SqliteJobStore::BringSchemaUpToDate() {
+  AMHEX_ASSIGN_OR_RETURN(const int64_t found, database_->QueryInt("PRAGMA user_version"));
   if (found > kSchemaVersion) {
     return absl::FailedPreconditionError("the job store has version " + std::to_string(found) +
                                          ", this server knows up to " +
                                          std::to_string(kSchemaVersion));
   }
-  AMHEX_RETURN_IF_ERROR(database->Execute(kSchema));
-  AMHEX_RETURN_IF_ERROR(database->Execute("PRAGMA user_version=" + std::to_string(kSchemaVersion)));
-  return std::unique_ptr<SqliteJobStore>(new SqliteJobStore(std::move(database)));
+  SqliteTransaction transaction(database_.get());
+  AMHEX_RETURN_IF_ERROR(transaction.status());
+  if (found == 1) AMHEX_RETURN_IF_ERROR(database_->Execute(kLeaveVersion1));
+  AMHEX_RETURN_IF_ERROR(database_->Execute(kSchema));
+  if (found == 1) AMHEX_RETURN_IF_ERROR(database_->Execute(kFillFromVersion1));
+  AMHEX_RETURN_IF_ERROR(
+      database_->Execute("PRAGMA user_version=" + std::to_string(kSchemaVersion)));
+  return transaction.Commit();
 }
 
 absl::StatusOr<int64_t> SqliteJobStore::NextGeneration() {
   std::lock_guard<std::mutex> lock(mutex_);
   AMHEX_RETURN_IF_ERROR(database_->Execute("UPDATE generation SET number = number + 1"));
-  return CountLocked("SELECT number FROM generation");
-}
-
-absl::StatusOr<int64_t> SqliteJobStore::CountLocked(const std::string& sql) {
-  AMHEX_ASSIGN_OR_RETURN(auto statement, database_->Prepare(sql));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, statement.Step());
-  return has_row ? statement.IntColumn(0) : 0;
+  return database_->QueryInt("SELECT number FROM generation");
 }
 
 absl::StatusOr<std::optional<SubmittedJob>> SqliteJobStore::FindRequestLocked(const NewJob& job) {
   if (job.request_id.empty()) return std::optional<SubmittedJob>();
-  AMHEX_ASSIGN_OR_RETURN(
-      auto known, database_->Prepare("SELECT id, request_hash FROM job WHERE request_id = ?"));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, known.Text(job.request_id).Step());
+  AMHEX_ASSIGN_OR_RETURN(auto known,
+                         database_->Prepare("SELECT id, request_hash FROM job WHERE tenant = ? AND"
+                                            " request_id = ?"));
+  AMHEX_ASSIGN_OR_RETURN(const bool has_row,
+                         known.Text(job.tenant.name).Text(job.request_id).Step());
   if (!has_row) return std::optional<SubmittedJob>();
   if (known.TextColumn(1) != job.request_hash) {
     return MakeError(absl::StatusCode::kAlreadyExists, amhex::v1::REQUEST_ID_REUSED,
@@ -78,6 +84,79 @@ absl::StatusOr<std::optional<SubmittedJob>> SqliteJobStore::FindRequestLocked(co
   return std::optional<SubmittedJob>(SubmittedJob{std::move(existing), false});
 }
 
+absl::Status SqliteJobStore::CheckRoomLocked(const NewJob& job, int64_t max_queued) {
+  AMHEX_ASSIGN_OR_RETURN(const int64_t queued,
+                         database_->QueryInt("SELECT count(*) FROM job WHERE state = 1"));
+  if (queued >= max_queued) {
+    return WithRetryDelay(MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUEUE_FULL,
+                                    std::to_string(queued) + " jobs wait, which is the limit"),
+                          kFullQueueRetryDelay);
+  }
+  if (job.tenant.max_queued_jobs <= 0) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(auto count, database_->Prepare("SELECT count(*) FROM job WHERE tenant = ?"
+                                                        " AND state = 1"));
+  AMHEX_RETURN_IF_ERROR(count.Text(job.tenant.name).Step().status());
+  if (count.IntColumn(0) < job.tenant.max_queued_jobs) return absl::OkStatus();
+  return QuotaExceeded("queued jobs", job.tenant.max_queued_jobs);
+}
+
+// A tenant that comes back has no claim on the time it did not use: it starts level with the one
+// that has had the least among those at work, or with everyone's most when nobody is.
+absl::Status SqliteJobStore::EnrolTenantLocked(const Tenant& tenant) {
+  AMHEX_ASSIGN_OR_RETURN(
+      auto enrol, database_->Prepare("INSERT INTO tenant VALUES(?1, ?2, ?3, 0) ON CONFLICT(name)"
+                                     " DO UPDATE SET weight = ?2, max_running = ?3"));
+  enrol.Text(tenant.name).Int(std::max(tenant.weight, 1)).Int(tenant.max_running_jobs);
+  AMHEX_RETURN_IF_ERROR(enrol.Run());
+  AMHEX_ASSIGN_OR_RETURN(
+      auto level,
+      database_->Prepare("UPDATE tenant SET served = max(served, coalesce("
+                         "(SELECT min(served) FROM tenant AS other WHERE EXISTS (SELECT 1 FROM job"
+                         " WHERE job.tenant = other.name AND state IN (1, 2))),"
+                         "(SELECT max(served) FROM tenant), 0)) WHERE name = ?1 AND NOT EXISTS"
+                         " (SELECT 1 FROM job WHERE tenant = ?1 AND state IN (1, 2))"));
+  return level.Text(tenant.name).Run();
+}
+
+absl::Status SqliteJobStore::InsertLocked(const NewJob& job, absl::Time now) {
+  AMHEX_ASSIGN_OR_RETURN(
+      auto insert,
+      database_->Prepare("INSERT INTO job(id, tenant, request_id, request_hash, cache_key, state,"
+                         " queue_key, memory_bytes, spec, input_sha256, create_time, not_before,"
+                         " queue_deadline, ttl, max_attempts)"
+                         " VALUES(?,?,?,?,?,1,?,?,?,?,?,?,?,?,?)"));
+  const int64_t create_time = absl::ToUnixMicros(now);
+  insert.Text(job.id).Text(job.tenant.name);
+  job.request_id.empty() ? insert.Null() : insert.Text(job.request_id);
+  insert.Text(job.request_hash);
+  job.cache_key.empty() ? insert.Null() : insert.Text(job.cache_key);
+  insert.Int(absl::ToUnixMicros(now + job.job.priority() * kPriorityStep)).Int(job.memory_bytes);
+  insert.Blob(job.job.SerializeAsString()).Text(job.job.input().sha256());
+  insert.Int(create_time).Int(create_time);
+  job.job.has_queue_timeout()
+      ? insert.Int(absl::ToUnixMicros(now + FromProto(job.job.queue_timeout())))
+      : insert.Null();
+  insert.Int(absl::ToInt64Microseconds(job.ttl)).Int(job.job.max_attempts());
+  return insert.Run();
+}
+
+absl::StatusOr<std::optional<FinalOutcome>> SqliteJobStore::FindResultLocked(const NewJob& job) {
+  if (job.cache_key.empty()) return std::optional<FinalOutcome>();
+  AMHEX_ASSIGN_OR_RETURN(
+      auto select, database_->Prepare("SELECT outcome FROM job WHERE tenant = ? AND cache_key = ?"
+                                      " AND state = 3 ORDER BY number DESC LIMIT 1"));
+  AMHEX_ASSIGN_OR_RETURN(const bool has_row,
+                         select.Text(job.tenant.name).Text(job.cache_key).Step());
+  FinalOutcome outcome;
+  outcome.state = Job::SUCCEEDED;
+  if (!has_row || !outcome.details.ParseFromString(select.TextColumn(0))) {
+    return std::optional<FinalOutcome>();
+  }
+  outcome.details.clear_stages();
+  outcome.details.set_shared_result(true);
+  return std::optional<FinalOutcome>(std::move(outcome));
+}
+
 absl::StatusOr<SubmittedJob> SqliteJobStore::Submit(const NewJob& job, int64_t max_queued,
                                                     absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -85,28 +164,12 @@ absl::StatusOr<SubmittedJob> SqliteJobStore::Submit(const NewJob& job, int64_t m
   AMHEX_RETURN_IF_ERROR(transaction.status());
   AMHEX_ASSIGN_OR_RETURN(auto known, FindRequestLocked(job));
   if (known) return *known;
-  AMHEX_ASSIGN_OR_RETURN(const int64_t queued,
-                         CountLocked("SELECT count(*) FROM job WHERE state = 1"));
-  if (queued >= max_queued) {
-    return WithRetryDelay(MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUEUE_FULL,
-                                    std::to_string(queued) + " jobs wait, which is the limit"),
-                          absl::Seconds(5));
-  }
-  AMHEX_ASSIGN_OR_RETURN(
-      auto insert,
-      database_->Prepare("INSERT INTO job(id, request_id, request_hash, state, priority, spec,"
-                         " input_sha256, create_time, not_before, queue_deadline, ttl,"
-                         " max_attempts) VALUES(?,?,?,1,?,?,?,?,?,?,?,?)"));
-  const int64_t create_time = absl::ToUnixMicros(now);
-  insert.Text(job.id);
-  job.request_id.empty() ? insert.Null() : insert.Text(job.request_id);
-  insert.Text(job.request_hash).Int(job.job.priority()).Blob(job.job.SerializeAsString());
-  insert.Text(job.job.input().sha256()).Int(create_time).Int(create_time);
-  job.job.has_queue_timeout()
-      ? insert.Int(absl::ToUnixMicros(now + FromProto(job.job.queue_timeout())))
-      : insert.Null();
-  insert.Int(absl::ToInt64Microseconds(job.ttl)).Int(job.job.max_attempts());
-  AMHEX_RETURN_IF_ERROR(insert.Run());
+  AMHEX_ASSIGN_OR_RETURN(const auto result, FindResultLocked(job));
+  if (!result) AMHEX_RETURN_IF_ERROR(CheckRoomLocked(job, max_queued));
+  AMHEX_RETURN_IF_ERROR(EnrolTenantLocked(job.tenant));
+  AMHEX_RETURN_IF_ERROR(InsertLocked(job, now));
+  AMHEX_RETURN_IF_ERROR(GrantLocked(job.tenant.name, job.job.input(), now));
+  if (result) AMHEX_RETURN_IF_ERROR(EndLocked(job.id, "state = 1", *result, now).status());
   AMHEX_ASSIGN_OR_RETURN(Job stored, GetLocked(job.id));
   AMHEX_RETURN_IF_ERROR(transaction.Commit());
   return SubmittedJob{std::move(stored), true};
@@ -127,10 +190,12 @@ absl::StatusOr<Job> SqliteJobStore::Get(const std::string& id) {
 absl::StatusOr<JobPage> SqliteJobStore::List(const JobQuery& query) {
   std::lock_guard<std::mutex> lock(mutex_);
   std::string where = "WHERE (? = 0 OR number < ?)";
+  if (query.tenant) where += " AND tenant = ?";
   if (!query.states.empty()) where += " AND state IN (" + StateList(query.states) + ")";
   AMHEX_ASSIGN_OR_RETURN(
       auto select, database_->Prepare(std::string(kSelectJob) + where + " ORDER BY number DESC"));
   select.Int(query.before_number).Int(query.before_number);
+  if (query.tenant) select.Text(*query.tenant);
   JobPage page;
   int64_t last_number = 0;
   while (true) {
@@ -146,85 +211,6 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobQuery& query) {
     page.jobs.push_back(std::move(job));
   }
   return page;
-}
-
-absl::StatusOr<std::optional<ClaimedJob>> SqliteJobStore::Claim(const std::string& worker,
-                                                                absl::Time now,
-                                                                absl::Duration lease) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  SqliteTransaction transaction(database_.get());
-  AMHEX_RETURN_IF_ERROR(transaction.status());
-  const int64_t now_micros = absl::ToUnixMicros(now);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto next, database_->Prepare("SELECT id, lease_epoch FROM job WHERE state = 1 AND"
-                                    " not_before <= ? AND (queue_deadline IS NULL OR"
-                                    " queue_deadline > ?) ORDER BY priority, number LIMIT 1"));
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, next.Int(now_micros).Int(now_micros).Step());
-  if (!has_row) return std::optional<ClaimedJob>();
-  ClaimedJob claimed;
-  claimed.id = next.TextColumn(0);
-  claimed.epoch = next.IntColumn(1) + 1;
-  AMHEX_ASSIGN_OR_RETURN(
-      auto update,
-      database_->Prepare("UPDATE job SET state = 2, attempt = attempt + 1, lease_epoch = ?,"
-                         " lease_owner = ?, lease_until = ?, start_time = ? WHERE id = ?"));
-  update.Int(claimed.epoch).Text(worker).Int(absl::ToUnixMicros(now + lease));
-  AMHEX_RETURN_IF_ERROR(update.Int(now_micros).Text(claimed.id).Run());
-  AMHEX_ASSIGN_OR_RETURN(claimed.job, GetLocked(claimed.id));
-  AMHEX_RETURN_IF_ERROR(transaction.Commit());
-  return std::optional<ClaimedJob>(std::move(claimed));
-}
-
-absl::StatusOr<bool> SqliteJobStore::Heartbeat(const std::string& id, int64_t epoch, absl::Time now,
-                                               absl::Duration lease) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto update, database_->Prepare("UPDATE job SET lease_until = ? WHERE id = ? AND state = 2"
-                                      " AND lease_epoch = ? RETURNING cancel_requested"));
-  update.Int(absl::ToUnixMicros(now + lease)).Text(id).Int(epoch);
-  AMHEX_ASSIGN_OR_RETURN(const bool has_row, update.Step());
-  if (!has_row) return Fenced(id);
-  const bool cancel = update.IntColumn(0) != 0;
-  AMHEX_RETURN_IF_ERROR(update.Step().status());
-  return cancel;
-}
-
-absl::StatusOr<bool> SqliteJobStore::EndLocked(const std::string& id, const std::string& condition,
-                                               const FinalOutcome& outcome, absl::Time now) {
-  AMHEX_ASSIGN_OR_RETURN(
-      auto update,
-      database_->Prepare("UPDATE job SET state = ?, outcome = ?, result_sha256 = ?, end_time = ?,"
-                         " expire_time = ? + ttl, lease_owner = NULL, lease_until = NULL"
-                         " WHERE id = ? AND " +
-                         condition));
-  update.Int(outcome.state).Blob(OutcomeBytes(outcome));
-  outcome.details.has_result() ? update.Text(outcome.details.result().mesh().sha256())
-                               : update.Null();
-  const int64_t now_micros = absl::ToUnixMicros(now);
-  AMHEX_RETURN_IF_ERROR(update.Int(now_micros).Int(now_micros).Text(id).Run());
-  return database_->ChangeCount() > 0;
-}
-
-absl::Status SqliteJobStore::Finish(const std::string& id, int64_t epoch,
-                                    const FinalOutcome& outcome, absl::Time now) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      const bool changed,
-      EndLocked(id, "state = 2 AND lease_epoch = " + std::to_string(epoch), outcome, now));
-  return changed ? absl::OkStatus() : Fenced(id);
-}
-
-absl::Status SqliteJobStore::Release(const std::string& id, int64_t epoch, ReleaseMode mode,
-                                     absl::Time not_before) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto update,
-      database_->Prepare("UPDATE job SET state = 1, attempt = attempt - ?, not_before = ?,"
-                         " lease_owner = NULL, lease_until = NULL"
-                         " WHERE id = ? AND state = 2 AND lease_epoch = ?"));
-  update.Int(mode == ReleaseMode::kGiveAttemptBack ? 1 : 0).Int(absl::ToUnixMicros(not_before));
-  AMHEX_RETURN_IF_ERROR(update.Text(id).Int(epoch).Run());
-  return database_->ChangeCount() > 0 ? absl::OkStatus() : Fenced(id);
 }
 
 absl::StatusOr<Job> SqliteJobStore::RequestCancel(const std::string& id,

@@ -26,36 +26,67 @@ class SqliteJobStore : public JobStore {
                                       absl::Time now) override;
   absl::StatusOr<amhex::v1::Job> Get(const std::string& id) override;
   absl::StatusOr<JobPage> List(const JobQuery& query) override;
-  absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, absl::Time now,
-                                                  absl::Duration lease) override;
+  absl::StatusOr<std::optional<ClaimedJob>> Claim(const Claimant& claimant,
+                                                  absl::Time now) override;
   absl::StatusOr<bool> Heartbeat(const std::string& id, int64_t epoch, absl::Time now,
                                  absl::Duration lease) override;
-  absl::Status Finish(const std::string& id, int64_t epoch, const FinalOutcome& outcome,
-                      absl::Time now) override;
-  absl::Status Release(const std::string& id, int64_t epoch, ReleaseMode mode,
+  absl::StatusOr<std::vector<std::string>> Finish(const std::string& id, int64_t epoch,
+                                                  const FinalOutcome& outcome,
+                                                  absl::Time now) override;
+  absl::Status Release(const std::string& id, int64_t epoch, ReleaseMode mode, absl::Time now,
                        absl::Time not_before) override;
   absl::StatusOr<amhex::v1::Job> RequestCancel(const std::string& id, const FinalOutcome& outcome,
                                                absl::Time now) override;
   absl::Status Delete(const std::string& id) override;
-  absl::StatusOr<int64_t> RequeueRunning() override;
+  absl::StatusOr<int64_t> RequeueRunning(const std::string& node) override;
   absl::StatusOr<std::vector<ClaimedJob>> ReapExpiredLeases(absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> ExpireQueued(const FinalOutcome& outcome,
                                                         absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> RemoveExpired(absl::Time now) override;
+  absl::StatusOr<std::vector<std::string>> RemoveOldestFinal(int count, absl::Time before) override;
   absl::StatusOr<std::map<amhex::v1::Job::State, int64_t>> CountByState() override;
   absl::StatusOr<std::optional<absl::Time>> OldestQueued() override;
+  absl::Status GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                         absl::Time now) override;
+  absl::StatusOr<bool> OwnsBlob(const std::string& tenant, const std::string& sha256) override;
+  absl::StatusOr<int64_t> OwnedBytes(const std::string& tenant) override;
+  absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) override;
   absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) override;
 
  private:
+  // What a queued job needs to be claimed.
+  struct Candidate {
+    std::string id;
+    int64_t epoch = 0;
+    int64_t memory_bytes = 0;
+    absl::Time ready_time;  // since when it could have been claimed
+  };
+
   explicit SqliteJobStore(std::unique_ptr<SqliteDatabase> database);
 
+  absl::Status BringSchemaUpToDate();
   absl::StatusOr<amhex::v1::Job> GetLocked(const std::string& id);
-  absl::StatusOr<int64_t> CountLocked(const std::string& sql);
-  absl::StatusOr<std::vector<std::string>> IdsLocked(const std::string& sql, absl::Time now);
+  absl::StatusOr<std::vector<std::string>> IdsLocked(SqliteStatement* select);
   // Makes a job final where `condition` (on the columns) still holds; false if it does not.
   absl::StatusOr<bool> EndLocked(const std::string& id, const std::string& condition,
                                  const FinalOutcome& outcome, absl::Time now);
   absl::StatusOr<std::optional<SubmittedJob>> FindRequestLocked(const NewJob& job);
+  absl::Status CheckRoomLocked(const NewJob& job, int64_t max_queued);
+  absl::Status EnrolTenantLocked(const Tenant& tenant);
+  absl::Status InsertLocked(const NewJob& job, absl::Time now);
+  // The outcome of a succeeded job with the same cache_key.
+  absl::StatusOr<std::optional<FinalOutcome>> FindResultLocked(const NewJob& job);
+  absl::Status GrantLocked(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                           absl::Time now);
+  absl::StatusOr<std::vector<std::string>> EndTwinsLocked(const std::string& id,
+                                                          const FinalOutcome& outcome,
+                                                          absl::Time now);
+  // Adds the time of an attempt to what its tenant has had.
+  absl::Status ChargeLocked(const std::string& id, int64_t epoch, absl::Time now);
+  absl::StatusOr<std::vector<std::string>> TenantsByShareLocked(absl::Time now);
+  absl::StatusOr<std::optional<Candidate>> NextOfTenantLocked(const std::string& tenant,
+                                                              int64_t memory_bytes, absl::Time now);
+  absl::StatusOr<std::optional<Candidate>> ChooseLocked(const Claimant& claimant, absl::Time now);
 
   std::mutex mutex_;
   std::unique_ptr<SqliteDatabase> database_;

@@ -1,4 +1,5 @@
-// The side of SqliteJobStore that housekeeping uses: restarts, leases, deadlines, counts.
+// The side of SqliteJobStore that housekeeping uses: restarts, leases, deadlines, counts, and who
+// owns which blob.
 #include <utility>
 
 #include "sqlite_job_rows.h"
@@ -9,12 +10,15 @@ namespace amhex::server {
 
 using amhex::v1::Job;
 
-absl::StatusOr<int64_t> SqliteJobStore::RequeueRunning() {
+absl::StatusOr<int64_t> SqliteJobStore::RequeueRunning(const std::string& node) {
   std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_RETURN_IF_ERROR(
-      database_->Execute("UPDATE job SET state = 1, attempt = attempt - 1,"
-                         " lease_epoch = lease_epoch + 1, lease_owner = NULL,"
-                         " lease_until = NULL, not_before = create_time WHERE state = 2"));
+  AMHEX_ASSIGN_OR_RETURN(
+      auto update,
+      database_->Prepare("UPDATE job SET state = 1, attempt = attempt - 1,"
+                         " lease_epoch = lease_epoch + 1, lease_node = NULL, lease_owner = NULL,"
+                         " lease_until = NULL, not_before = create_time"
+                         " WHERE state = 2 AND lease_node = ?"));
+  AMHEX_RETURN_IF_ERROR(update.Text(node).Run());
   return database_->ChangeCount();
 }
 
@@ -23,34 +27,40 @@ absl::StatusOr<std::vector<ClaimedJob>> SqliteJobStore::ReapExpiredLeases(absl::
   SqliteTransaction transaction(database_.get());
   AMHEX_RETURN_IF_ERROR(transaction.status());
   const int64_t now_micros = absl::ToUnixMicros(now);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto back,
-      database_->Prepare("UPDATE job SET state = 1, lease_owner = NULL, lease_until = NULL,"
-                         " not_before = ? WHERE state = 2 AND lease_until < ?"
-                         " AND attempt < max_attempts"));
-  AMHEX_RETURN_IF_ERROR(back.Int(now_micros).Int(now_micros).Run());
-  AMHEX_ASSIGN_OR_RETURN(auto spent, database_->Prepare(std::string(kSelectJob) +
-                                                        "WHERE state = 2 AND lease_until < ?"));
-  spent.Int(now_micros);
+  std::vector<ClaimedJob> expired;
+  {
+    AMHEX_ASSIGN_OR_RETURN(auto select, database_->Prepare(std::string(kSelectJob) +
+                                                           "WHERE state = 2 AND lease_until < ?"));
+    select.Int(now_micros);
+    while (true) {
+      AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+      if (!has_row) break;
+      expired.push_back({select.TextColumn(kId), select.IntColumn(kLeaseEpoch), ReadJob(select)});
+    }
+  }
   std::vector<ClaimedJob> exhausted;
-  while (true) {
-    AMHEX_ASSIGN_OR_RETURN(const bool has_row, spent.Step());
-    if (!has_row) break;
-    exhausted.push_back({spent.TextColumn(kId), spent.IntColumn(kLeaseEpoch), ReadJob(spent)});
+  for (ClaimedJob& job : expired) {
+    if (job.job.attempt_count() >= job.job.max_attempts()) {
+      exhausted.push_back(std::move(job));
+      continue;
+    }
+    AMHEX_RETURN_IF_ERROR(ChargeLocked(job.id, job.epoch, now));
+    AMHEX_ASSIGN_OR_RETURN(
+        auto back, database_->Prepare("UPDATE job SET state = 1, lease_node = NULL,"
+                                      " lease_owner = NULL, lease_until = NULL, not_before = ?"
+                                      " WHERE id = ?"));
+    AMHEX_RETURN_IF_ERROR(back.Int(now_micros).Text(job.id).Run());
   }
   AMHEX_RETURN_IF_ERROR(transaction.Commit());
   return exhausted;
 }
 
-absl::StatusOr<std::vector<std::string>> SqliteJobStore::IdsLocked(const std::string& sql,
-                                                                   absl::Time now) {
-  AMHEX_ASSIGN_OR_RETURN(auto select, database_->Prepare(sql));
-  select.Int(absl::ToUnixMicros(now));
+absl::StatusOr<std::vector<std::string>> SqliteJobStore::IdsLocked(SqliteStatement* select) {
   std::vector<std::string> ids;
   while (true) {
-    AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    AMHEX_ASSIGN_OR_RETURN(const bool has_row, select->Step());
     if (!has_row) break;
-    ids.push_back(select.TextColumn(0));
+    ids.push_back(select->TextColumn(0));
   }
   return ids;
 }
@@ -58,23 +68,35 @@ absl::StatusOr<std::vector<std::string>> SqliteJobStore::IdsLocked(const std::st
 absl::StatusOr<std::vector<std::string>> SqliteJobStore::ExpireQueued(const FinalOutcome& outcome,
                                                                       absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
+  SqliteTransaction transaction(database_.get());
+  AMHEX_RETURN_IF_ERROR(transaction.status());
   AMHEX_ASSIGN_OR_RETURN(
-      auto ids, IdsLocked("SELECT id FROM job WHERE state = 1 AND queue_deadline <= ?", now));
+      auto select,
+      database_->Prepare("SELECT id FROM job WHERE state = 1 AND queue_deadline <= ?"));
+  AMHEX_ASSIGN_OR_RETURN(auto ids, IdsLocked(&select.Int(absl::ToUnixMicros(now))));
   for (const std::string& id : ids) {
     AMHEX_RETURN_IF_ERROR(EndLocked(id, "state = 1", outcome, now).status());
   }
+  AMHEX_RETURN_IF_ERROR(transaction.Commit());
   return ids;
 }
 
 absl::StatusOr<std::vector<std::string>> SqliteJobStore::RemoveExpired(absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
   AMHEX_ASSIGN_OR_RETURN(
-      auto ids, IdsLocked("SELECT id FROM job WHERE state >= 3 AND expire_time <= ?", now));
-  if (ids.empty()) return ids;
+      auto remove,
+      database_->Prepare("DELETE FROM job WHERE state >= 3 AND expire_time <= ? RETURNING id"));
+  return IdsLocked(&remove.Int(absl::ToUnixMicros(now)));
+}
+
+absl::StatusOr<std::vector<std::string>> SqliteJobStore::RemoveOldestFinal(int count,
+                                                                           absl::Time before) {
+  std::lock_guard<std::mutex> lock(mutex_);
   AMHEX_ASSIGN_OR_RETURN(
-      auto remove, database_->Prepare("DELETE FROM job WHERE state >= 3 AND expire_time <= ?"));
-  AMHEX_RETURN_IF_ERROR(remove.Int(absl::ToUnixMicros(now)).Run());
-  return ids;
+      auto remove, database_->Prepare("DELETE FROM job WHERE number IN (SELECT number FROM job"
+                                      " WHERE state >= 3 AND end_time < ? ORDER BY end_time, number"
+                                      " LIMIT ?) RETURNING id"));
+  return IdsLocked(&remove.Int(absl::ToUnixMicros(before)).Int(count));
 }
 
 absl::StatusOr<std::map<Job::State, int64_t>> SqliteJobStore::CountByState() {
@@ -99,11 +121,59 @@ absl::StatusOr<std::optional<absl::Time>> SqliteJobStore::OldestQueued() {
   return std::optional<absl::Time>(absl::FromUnixMicros(select.IntColumn(0)));
 }
 
+absl::Status SqliteJobStore::GrantLocked(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                                         absl::Time now) {
+  AMHEX_ASSIGN_OR_RETURN(auto grant,
+                         database_->Prepare("INSERT INTO blob_owner VALUES(?1, ?2, ?3, ?4)"
+                                            " ON CONFLICT(tenant, sha256) DO UPDATE SET"
+                                            " bytes = max(bytes, ?3), grant_time = ?4"));
+  grant.Text(tenant).Text(blob.sha256()).Int(blob.size_bytes());
+  return grant.Int(absl::ToUnixMicros(now)).Run();
+}
+
+absl::Status SqliteJobStore::GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                                       absl::Time now) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return GrantLocked(tenant, blob, now);
+}
+
+absl::StatusOr<bool> SqliteJobStore::OwnsBlob(const std::string& tenant,
+                                              const std::string& sha256) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  AMHEX_ASSIGN_OR_RETURN(
+      auto select, database_->Prepare("SELECT 1 FROM blob_owner WHERE tenant = ? AND sha256 = ?"));
+  return select.Text(tenant).Text(sha256).Step();
+}
+
+absl::StatusOr<int64_t> SqliteJobStore::OwnedBytes(const std::string& tenant) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  AMHEX_ASSIGN_OR_RETURN(
+      auto select,
+      database_->Prepare("SELECT coalesce(sum(bytes), 0) FROM blob_owner WHERE tenant = ?"));
+  AMHEX_RETURN_IF_ERROR(select.Text(tenant).Step().status());
+  return select.IntColumn(0);
+}
+
+absl::StatusOr<int64_t> SqliteJobStore::DropUnusedGrants(absl::Time before) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  AMHEX_ASSIGN_OR_RETURN(
+      auto drop,
+      database_->Prepare(
+          "DELETE FROM blob_owner WHERE grant_time < ?"
+          " AND NOT EXISTS (SELECT 1 FROM job WHERE job.input_sha256 = blob_owner.sha256"
+          " AND job.tenant = blob_owner.tenant)"
+          " AND NOT EXISTS (SELECT 1 FROM job WHERE job.result_sha256 = blob_owner.sha256"
+          " AND job.tenant = blob_owner.tenant)"));
+  AMHEX_RETURN_IF_ERROR(drop.Int(absl::ToUnixMicros(before)).Run());
+  return database_->ChangeCount();
+}
+
 absl::StatusOr<bool> SqliteJobStore::IsBlobUsed(const std::string& sha256) {
   std::lock_guard<std::mutex> lock(mutex_);
   AMHEX_ASSIGN_OR_RETURN(
       auto select, database_->Prepare("SELECT EXISTS (SELECT 1 FROM job WHERE input_sha256 = ?1)"
-                                      " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = ?1)"));
+                                      " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = ?1)"
+                                      " OR EXISTS (SELECT 1 FROM blob_owner WHERE sha256 = ?1)"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Text(sha256).Step());
   return has_row && select.IntColumn(0) != 0;
 }

@@ -1,93 +1,24 @@
-// The laws of a durable queue; every implementation of JobStore must pass them.
-#include "job_store.h"
-
-#include <gtest/gtest.h>
+// The laws of a durable queue; see job_store_laws.h.
+#include "job_store_laws.h"
 
 #include "errors.h"
 #include "job_id.h"
-#include "service_fixtures.h"
-#include "sqlite_job_store.h"
 
 namespace amhex::server {
 namespace {
 
 using amhex::v1::Job;
 
-constexpr absl::Duration kLease = absl::Seconds(30);
-constexpr int64_t kManyJobs = 1000;
+TEST_P(JobStoreLaws, EmptyQueueHasNothingToClaim) { EXPECT_TRUE(NothingToClaim()); }
 
-FinalOutcome Outcome(Job::State state) {
-  FinalOutcome outcome;
-  outcome.state = state;
-  if (state == Job::SUCCEEDED) {
-    outcome.details.mutable_result()->mutable_mesh()->set_sha256("result");
-  } else {
-    outcome.details.mutable_error()->set_code(1);
-  }
-  return outcome;
-}
-
-// The same store, opened as often as a test wants.
-class JobStoreTest : public ::testing::Test {
- protected:
-  void SetUp() override { Reopen(); }
-
-  void Reopen() {
-    store_.reset();
-    auto opened = SqliteJobStore::Open(folder_ / "jobs.db");
-    ASSERT_TRUE(opened.ok()) << opened.status();
-    store_ = *std::move(opened);
-  }
-
-  NewJob Make(int priority = 50) {
-    NewJob fresh;
-    fresh.id = MakeUuid(now_);
-    fresh.request_hash = "hash";
-    fresh.ttl = absl::Hours(1);
-    fresh.job.set_priority(priority);
-    fresh.job.set_max_attempts(2);
-    fresh.job.mutable_input()->set_sha256("input");
-    return fresh;
-  }
-
-  // Submits and returns the id.
-  std::string Submit(const NewJob& job) {
-    const auto submitted = store_->Submit(job, kManyJobs, now_);
-    EXPECT_TRUE(submitted.ok()) << submitted.status();
-    return job.id;
-  }
-
-  ClaimedJob Claim() {
-    auto claimed = store_->Claim("worker", now_, kLease);
-    EXPECT_TRUE(claimed.ok() && claimed->has_value());
-    return claimed.ok() && claimed->has_value() ? **claimed : ClaimedJob();
-  }
-
-  bool NothingToClaim() {
-    const auto claimed = store_->Claim("worker", now_, kLease);
-    return claimed.ok() && !claimed->has_value();
-  }
-
-  Job::State StateOf(const std::string& id) {
-    const auto job = store_->Get(id);
-    return job.ok() ? job->state() : Job::STATE_UNSPECIFIED;
-  }
-
-  TemporaryFolder folder_;
-  absl::Time now_ = absl::FromUnixSeconds(1'700'000'000);
-  std::unique_ptr<JobStore> store_;
-};
-
-TEST_F(JobStoreTest, EmptyQueueHasNothingToClaim) { EXPECT_TRUE(NothingToClaim()); }
-
-TEST_F(JobStoreTest, SubmittedJobSurvivesReopening) {
+TEST_P(JobStoreLaws, SubmittedJobSurvivesReopening) {
   const std::string id = Submit(Make());
   Reopen();
   EXPECT_EQ(StateOf(id), Job::QUEUED);
   EXPECT_EQ(Claim().id, id);
 }
 
-TEST_F(JobStoreTest, SameRequestIdGivesTheSameJob) {
+TEST_P(JobStoreLaws, SameRequestIdGivesTheSameJob) {
   NewJob first = Make();
   first.request_id = "request";
   NewJob second = Make();
@@ -99,7 +30,7 @@ TEST_F(JobStoreTest, SameRequestIdGivesTheSameJob) {
   EXPECT_EQ(again->job.name(), JobName(first.id));
 }
 
-TEST_F(JobStoreTest, SameRequestIdForAnotherRequestIsRefused) {
+TEST_P(JobStoreLaws, SameRequestIdForAnotherRequestIsRefused) {
   NewJob first = Make();
   first.request_id = "request";
   NewJob second = Make();
@@ -111,7 +42,7 @@ TEST_F(JobStoreTest, SameRequestIdForAnotherRequestIsRefused) {
   EXPECT_EQ(ReasonOf(refused.status()), "REQUEST_ID_REUSED");
 }
 
-TEST_F(JobStoreTest, FullQueueRefusesNewJobsButKnowsOldOnes) {
+TEST_P(JobStoreLaws, FullQueueRefusesNewJobsButKnowsOldOnes) {
   NewJob first = Make();
   first.request_id = "request";
   Submit(first);
@@ -120,7 +51,7 @@ TEST_F(JobStoreTest, FullQueueRefusesNewJobsButKnowsOldOnes) {
   EXPECT_TRUE(store_->Submit(first, 1, now_).ok());
 }
 
-TEST_F(JobStoreTest, ClaimsInOrderOfPriorityThenSubmission) {
+TEST_P(JobStoreLaws, ClaimsInOrderOfPriorityThenSubmission) {
   const std::string late = Submit(Make(60));
   const std::string first = Submit(Make(50));
   const std::string second = Submit(Make(50));
@@ -128,13 +59,13 @@ TEST_F(JobStoreTest, ClaimsInOrderOfPriorityThenSubmission) {
   for (const std::string& id : {urgent, first, second, late}) EXPECT_EQ(Claim().id, id);
 }
 
-TEST_F(JobStoreTest, ClaimedJobIsNotClaimedTwice) {
+TEST_P(JobStoreLaws, ClaimedJobIsNotClaimedTwice) {
   Submit(Make());
   Claim();
   EXPECT_TRUE(NothingToClaim());
 }
 
-TEST_F(JobStoreTest, FinishRecordsTheOutcomeAndTheExpiry) {
+TEST_P(JobStoreLaws, FinishRecordsTheOutcomeAndTheExpiry) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   ASSERT_TRUE(store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
@@ -146,15 +77,16 @@ TEST_F(JobStoreTest, FinishRecordsTheOutcomeAndTheExpiry) {
   EXPECT_EQ(job->attempt_count(), 1);
 }
 
-TEST_F(JobStoreTest, SecondFinishOfAnAttemptIsFenced) {
+TEST_P(JobStoreLaws, SecondFinishOfAnAttemptIsFenced) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   ASSERT_TRUE(store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
-  EXPECT_TRUE(absl::IsAborted(store_->Finish(id, claimed.epoch, Outcome(Job::FAILED), now_)));
+  EXPECT_TRUE(
+      absl::IsAborted(store_->Finish(id, claimed.epoch, Outcome(Job::FAILED), now_).status()));
   EXPECT_EQ(StateOf(id), Job::SUCCEEDED);
 }
 
-TEST_F(JobStoreTest, HolderOfAnExpiredLeaseIsFencedByTheNextClaim) {
+TEST_P(JobStoreLaws, HolderOfAnExpiredLeaseIsFencedByTheNextClaim) {
   const std::string id = Submit(Make());
   const ClaimedJob slow = Claim();
   now_ += kLease + absl::Seconds(1);
@@ -163,12 +95,14 @@ TEST_F(JobStoreTest, HolderOfAnExpiredLeaseIsFencedByTheNextClaim) {
   EXPECT_EQ(quick.id, id);
   EXPECT_GT(quick.epoch, slow.epoch);
   EXPECT_TRUE(absl::IsAborted(store_->Heartbeat(id, slow.epoch, now_, kLease).status()));
-  EXPECT_TRUE(absl::IsAborted(store_->Finish(id, slow.epoch, Outcome(Job::SUCCEEDED), now_)));
-  EXPECT_TRUE(absl::IsAborted(store_->Release(id, slow.epoch, ReleaseMode::kSpendAttempt, now_)));
+  EXPECT_TRUE(
+      absl::IsAborted(store_->Finish(id, slow.epoch, Outcome(Job::SUCCEEDED), now_).status()));
+  EXPECT_TRUE(
+      absl::IsAborted(store_->Release(id, slow.epoch, ReleaseMode::kSpendAttempt, now_, now_)));
   EXPECT_TRUE(store_->Finish(id, quick.epoch, Outcome(Job::SUCCEEDED), now_).ok());
 }
 
-TEST_F(JobStoreTest, HeartbeatKeepsTheLease) {
+TEST_P(JobStoreLaws, HeartbeatKeepsTheLease) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   now_ += kLease - absl::Seconds(1);
@@ -178,7 +112,7 @@ TEST_F(JobStoreTest, HeartbeatKeepsTheLease) {
   EXPECT_EQ(StateOf(id), Job::RUNNING);
 }
 
-TEST_F(JobStoreTest, ExpiredLeaseOfTheLastAttemptIsReportedAsExhausted) {
+TEST_P(JobStoreLaws, ExpiredLeaseOfTheLastAttemptIsReportedAsExhausted) {
   const std::string id = Submit(Make());
   for (int attempt = 0; attempt < 2; ++attempt) {
     Claim();
@@ -190,41 +124,42 @@ TEST_F(JobStoreTest, ExpiredLeaseOfTheLastAttemptIsReportedAsExhausted) {
   EXPECT_EQ(StateOf(id), Job::RUNNING);
 }
 
-TEST_F(JobStoreTest, ReleaseSpendsOrGivesBackTheAttempt) {
+TEST_P(JobStoreLaws, ReleaseSpendsOrGivesBackTheAttempt) {
   const std::string id = Submit(Make());
   ClaimedJob claimed = Claim();
-  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kSpendAttempt, now_).ok());
+  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kSpendAttempt, now_, now_).ok());
   EXPECT_EQ(store_->Get(id)->attempt_count(), 1);
   claimed = Claim();
   EXPECT_EQ(claimed.job.attempt_count(), 2);
-  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kGiveAttemptBack, now_).ok());
+  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kGiveAttemptBack, now_, now_).ok());
   EXPECT_EQ(store_->Get(id)->attempt_count(), 1);
 }
 
-TEST_F(JobStoreTest, ReleasedJobWaitsUntilItsTime) {
+TEST_P(JobStoreLaws, ReleasedJobWaitsUntilItsTime) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   const absl::Time later = now_ + absl::Seconds(10);
-  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kSpendAttempt, later).ok());
+  ASSERT_TRUE(store_->Release(id, claimed.epoch, ReleaseMode::kSpendAttempt, now_, later).ok());
   EXPECT_TRUE(NothingToClaim());
   now_ = later;
   EXPECT_EQ(Claim().id, id);
 }
 
-TEST_F(JobStoreTest, RestartRequeuesRunningJobsWithTheAttemptGivenBackAndFencesTheOldHolder) {
+TEST_P(JobStoreLaws, RestartRequeuesRunningJobsWithTheAttemptGivenBackAndFencesTheOldHolder) {
   const std::string id = Submit(Make());
   const ClaimedJob before = Claim();
   Reopen();
-  const auto requeued = store_->RequeueRunning();
+  const auto requeued = store_->RequeueRunning(kNode);
   ASSERT_TRUE(requeued.ok());
   EXPECT_EQ(*requeued, 1);
   EXPECT_EQ(StateOf(id), Job::QUEUED);
   EXPECT_EQ(store_->Get(id)->attempt_count(), 0);
-  EXPECT_TRUE(absl::IsAborted(store_->Finish(id, before.epoch, Outcome(Job::SUCCEEDED), now_)));
+  EXPECT_TRUE(
+      absl::IsAborted(store_->Finish(id, before.epoch, Outcome(Job::SUCCEEDED), now_).status()));
   EXPECT_EQ(Claim().id, id);
 }
 
-TEST_F(JobStoreTest, CancelEndsAQueuedJobAtOnce) {
+TEST_P(JobStoreLaws, CancelEndsAQueuedJobAtOnce) {
   const std::string id = Submit(Make());
   const auto job = store_->RequestCancel(id, Outcome(Job::CANCELLED), now_);
   ASSERT_TRUE(job.ok());
@@ -232,7 +167,7 @@ TEST_F(JobStoreTest, CancelEndsAQueuedJobAtOnce) {
   EXPECT_TRUE(NothingToClaim());
 }
 
-TEST_F(JobStoreTest, CancelOfARunningJobReachesItsHolderByHeartbeat) {
+TEST_P(JobStoreLaws, CancelOfARunningJobReachesItsHolderByHeartbeat) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   const auto job = store_->RequestCancel(id, Outcome(Job::CANCELLED), now_);
@@ -243,7 +178,7 @@ TEST_F(JobStoreTest, CancelOfARunningJobReachesItsHolderByHeartbeat) {
   EXPECT_TRUE(cancel.ok() && *cancel);
 }
 
-TEST_F(JobStoreTest, CancelLeavesFinalJobsAsTheyAre) {
+TEST_P(JobStoreLaws, CancelLeavesFinalJobsAsTheyAre) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   ASSERT_TRUE(store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
@@ -252,7 +187,7 @@ TEST_F(JobStoreTest, CancelLeavesFinalJobsAsTheyAre) {
   EXPECT_FALSE(store_->Get(id)->cancel_requested());
 }
 
-TEST_F(JobStoreTest, DeleteRemovesFinalJobsOnly) {
+TEST_P(JobStoreLaws, DeleteRemovesFinalJobsOnly) {
   const std::string id = Submit(Make());
   EXPECT_EQ(ReasonOf(store_->Delete(id)), "JOB_NOT_FINAL");
   ASSERT_TRUE(store_->RequestCancel(id, Outcome(Job::CANCELLED), now_).ok());
@@ -261,7 +196,7 @@ TEST_F(JobStoreTest, DeleteRemovesFinalJobsOnly) {
   EXPECT_EQ(ReasonOf(store_->Get(id).status()), "JOB_NOT_FOUND");
 }
 
-TEST_F(JobStoreTest, QueuedJobPastItsDeadlineIsEndedAndNeverClaimed) {
+TEST_P(JobStoreLaws, QueuedJobPastItsDeadlineIsEndedAndNeverClaimed) {
   NewJob job = Make();
   job.job.mutable_queue_timeout()->set_seconds(5);
   Submit(job);
@@ -273,7 +208,7 @@ TEST_F(JobStoreTest, QueuedJobPastItsDeadlineIsEndedAndNeverClaimed) {
   EXPECT_EQ(StateOf(job.id), Job::FAILED);
 }
 
-TEST_F(JobStoreTest, FinalJobsAreRemovedAfterTheirTime) {
+TEST_P(JobStoreLaws, FinalJobsAreRemovedAfterTheirTime) {
   const std::string id = Submit(Make());
   ASSERT_TRUE(store_->RequestCancel(id, Outcome(Job::CANCELLED), now_).ok());
   EXPECT_TRUE(store_->RemoveExpired(now_ + absl::Minutes(59))->empty());
@@ -281,7 +216,7 @@ TEST_F(JobStoreTest, FinalJobsAreRemovedAfterTheirTime) {
   EXPECT_EQ(ReasonOf(store_->Get(id).status()), "JOB_NOT_FOUND");
 }
 
-TEST_F(JobStoreTest, PagesListEveryJobOnceNewestFirst) {
+TEST_P(JobStoreLaws, PagesListEveryJobOnceNewestFirst) {
   std::vector<std::string> ids;
   for (int i = 0; i < 7; ++i) ids.push_back(Submit(Make()));
   JobQuery query;
@@ -297,7 +232,7 @@ TEST_F(JobStoreTest, PagesListEveryJobOnceNewestFirst) {
   EXPECT_EQ(listed, ids);
 }
 
-TEST_F(JobStoreTest, ListKeepsOnlyMatchingStatesAndLabels) {
+TEST_P(JobStoreLaws, ListKeepsOnlyMatchingStatesAndLabels) {
   NewJob red = Make();
   (*red.job.mutable_labels())["colour"] = "red";
   Submit(red);
@@ -310,19 +245,36 @@ TEST_F(JobStoreTest, ListKeepsOnlyMatchingStatesAndLabels) {
   EXPECT_TRUE(store_->List(query)->jobs.empty());
 }
 
-TEST_F(JobStoreTest, BlobsAreUsedAsLongAsAJobNamesThem) {
+TEST_P(JobStoreLaws, BlobsAreUsedAsLongAsAJobNamesThemOrATenantHasThemStill) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
   EXPECT_TRUE(*store_->IsBlobUsed("input"));
   EXPECT_FALSE(*store_->IsBlobUsed("result"));
   ASSERT_TRUE(store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
   EXPECT_TRUE(*store_->IsBlobUsed("result"));
+  EXPECT_EQ(*store_->DropUnusedGrants(now_ + absl::Seconds(1)), 0);
   ASSERT_TRUE(store_->Delete(id).ok());
+  EXPECT_TRUE(*store_->IsBlobUsed("input"));
+  EXPECT_EQ(*store_->DropUnusedGrants(now_ + absl::Seconds(1)), 2);
   EXPECT_FALSE(*store_->IsBlobUsed("input"));
   EXPECT_FALSE(*store_->IsBlobUsed("result"));
 }
 
-TEST_F(JobStoreTest, GenerationGrowsWithEveryOpening) {
+TEST_P(JobStoreLaws, OldestFinalJobsAreRemovedFirst) {
+  std::vector<std::string> ids;
+  for (int i = 0; i < 3; ++i) {
+    ids.push_back(Submit(Make()));
+    ASSERT_TRUE(store_->RequestCancel(ids.back(), Outcome(Job::CANCELLED), now_).ok());
+    now_ += absl::Minutes(1);
+  }
+  const std::string queued = Submit(Make());
+  EXPECT_EQ(*store_->RemoveOldestFinal(1, now_), std::vector<std::string>{ids[0]});
+  EXPECT_EQ(store_->RemoveOldestFinal(5, now_ - absl::Minutes(1))->size(), 1u);
+  EXPECT_EQ(StateOf(ids[2]), Job::CANCELLED);
+  EXPECT_EQ(StateOf(queued), Job::QUEUED);
+}
+
+TEST_P(JobStoreLaws, GenerationGrowsWithEveryOpening) {
   const int64_t first = *store_->NextGeneration();
   Reopen();
   EXPECT_GT(*store_->NextGeneration(), first);
