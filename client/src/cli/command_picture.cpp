@@ -1,6 +1,7 @@
 // amhex picture: a mesh file as a PNG.
 #include <memory>
 
+#include "absl/strings/str_cat.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
 #include "cli/shared_flags.h"
@@ -31,7 +32,9 @@ void AddPictureCommand(CLI::App* app, int* exit_code) {
   CLI::App* command = app->add_subcommand(
       "picture",
       "Draw a mesh, cut open: hexahedra inside bluish, other cells yellow, the hull light");
-  command->add_option("mesh", flags->mesh, "Volume mesh: .vtu .mesh")->required();
+  command->alias("render");
+  command->add_option("mesh", flags->mesh, absl::StrCat("Volume mesh: ", kMeshExtensions))
+      ->required();
   command->add_option("-o,--output", flags->output, "PNG file")->required();
   command->add_option(
       "--cut", flags->cut,

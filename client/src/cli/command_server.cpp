@@ -80,10 +80,7 @@ int DescribeFile(const std::string& path) {
     std::printf("%s: %zu cells, %zu vertices\n", path.c_str(), document->mesh.corners.size(),
                 document->mesh.vertices.size());
     for (const MeshFact& fact : document->facts) {
-      const auto* number = std::get_if<double>(&fact.value);
-      std::printf("  %s = %s\n", fact.name.c_str(),
-                  number != nullptr ? absl::StrFormat("%.10g", *number).c_str()
-                                    : std::get<std::string>(fact.value).c_str());
+      std::printf("  %s = %s\n", fact.name.c_str(), TextOf(fact).c_str());
     }
     return kExitSuccess;
   }

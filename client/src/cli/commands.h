@@ -15,6 +15,7 @@ void AddCancelCommand(CLI::App* app, int* exit_code);
 void AddDeleteCommand(CLI::App* app, int* exit_code);
 void AddInfoCommand(CLI::App* app, int* exit_code);
 void AddDemoCommand(CLI::App* app, int* exit_code);
+void AddConvertCommand(CLI::App* app, int* exit_code);
 void AddPictureCommand(CLI::App* app, int* exit_code);
 
 }  // namespace amhex::client

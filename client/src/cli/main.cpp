@@ -20,6 +20,7 @@ int Main(int argc, char** argv) {
   AddDeleteCommand(&app, &exit_code);
   AddInfoCommand(&app, &exit_code);
   AddDemoCommand(&app, &exit_code);
+  AddConvertCommand(&app, &exit_code);
   AddPictureCommand(&app, &exit_code);
   try {
     app.parse(argc, argv);

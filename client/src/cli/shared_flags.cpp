@@ -1,5 +1,6 @@
 #include "cli/shared_flags.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "cells/solver_ready.h"
 #include "cli/exit_codes.h"
 #include "formats/hull_writer.h"
 #include "formats/mesh_file.h"
@@ -131,8 +133,10 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
 }
 
 void AddOutputFlags(CLI::App* command, OutputFlags* flags) {
-  command->add_option("-o,--output", flags->output, absl::StrCat("Mesh file: ", kMeshExtensions))
+  command
+      ->add_option("-o,--output", flags->output, absl::StrCat("Mesh file: ", kMeshOutputExtensions))
       ->required();
+  command->add_flag("--solver-ready", flags->solver_ready, kSolverReadyHelp);
   command->add_option("--json", flags->json, "File for statistics, timings, parameters, warnings");
   command->add_option("--picture", flags->picture, "PNG file for a picture of the mesh, cut open");
   command->add_option("--cut", flags->cut, "Where to cut it: x, y or z, or as in y:0.3; none");
@@ -140,9 +144,9 @@ void AddOutputFlags(CLI::App* command, OutputFlags* flags) {
 }
 
 absl::Status CheckOutputs(const OutputFlags& flags) {
-  if (!MeshFormatOfPath(flags.output)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(flags.output, ": unknown extension; meshes are written to ", kMeshExtensions));
+  if (!IsWritableMeshPath(flags.output)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        flags.output, ": unknown extension; meshes are written to ", kMeshOutputExtensions));
   }
   for (const std::string& path : {flags.output, flags.json, flags.picture}) {
     if (path.empty()) continue;
@@ -168,9 +172,26 @@ absl::StatusOr<PictureOptions> PictureOptionsFrom(const std::string& cut, const 
   return options;
 }
 
+absl::Status DivideForSolvers(MeshDocument* document) {
+  const size_t cells_before = document->mesh.corners.size();
+  absl::StatusOr<AtMostHexaMesh> divided = MakeSolverReady(document->mesh);
+  if (!divided.ok()) return divided.status();
+  document->mesh = *std::move(divided);
+  const std::vector<float>& quality = document->mesh.quality;
+  const double least = *std::min_element(quality.begin(), quality.end());
+  document->facts.push_back(
+      {"solver_ready.cell_count", static_cast<double>(document->mesh.corners.size())});
+  document->facts.push_back({"solver_ready.min_scaled_jacobian", least});
+  std::printf("solver-ready: %zu cells became %zu, least scaled Jacobian %.3f\n", cells_before,
+              document->mesh.corners.size(), least);
+  return absl::OkStatus();
+}
+
 int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh mesh) {
-  const MeshDocument document{std::move(mesh), FactsOfJob(job)};
-  absl::Status status = WriteMeshFile(document, flags.output);
+  MeshDocument document{std::move(mesh), FactsOfJob(job)};
+  absl::Status status;
+  if (flags.solver_ready) status = DivideForSolvers(&document);
+  if (status.ok()) status = WriteMeshFile(document, flags.output);
   if (!status.ok()) return Fail(status, kExitOutput);
   std::printf("%s: %s", flags.output.c_str(), SummaryOf(job).c_str());
   if (flags.picture.empty()) return kExitSuccess;

@@ -34,13 +34,19 @@ void AddParameterFlags(CLI::App* command, ParameterFlags* flags);
 // Only what was given on the command line is set; the rest is the server's default.
 amhex::v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags);
 
-// -o, --json, --picture, --cut, --size.
+// -o, --solver-ready, --json, --picture, --cut, --size.
 struct OutputFlags {
   std::string output, json, picture, cut, size;
+  bool solver_ready = false;
 };
 void AddOutputFlags(CLI::App* command, OutputFlags* flags);
 // Refuses early what could not be written later: unknown extensions, missing folders.
 absl::Status CheckOutputs(const OutputFlags& flags);
+// Replaces the mesh by one of hexahedra, prisms, pyramids and tetrahedra, adds the facts
+// solver_ready.*, and says on stdout what became of it.
+absl::Status DivideForSolvers(MeshDocument* document);
+inline constexpr const char* kSolverReadyHelp =
+    "Divide hexprisms and slices, so that hexahedra, prisms, pyramids and tetrahedra remain";
 // Writes mesh, picture and prints the summary.
 int WriteOutputs(const OutputFlags& flags, const amhex::v1::Job& job, AtMostHexaMesh mesh);
 // Writes the JSON file if one is wanted.

@@ -1,4 +1,4 @@
-// Files of volume meshes: .vtu (VTK XML) and .mesh (Medit).
+// Files of volume meshes, and of the surfaces around them.
 #pragma once
 
 #include <optional>
@@ -14,17 +14,28 @@
 
 namespace amhex::client {
 
-enum class MeshFormat : uint8_t { kVtu, kMedit };
+enum class MeshFormat : uint8_t { kVtu, kMedit, kVtk, kGmsh, kAbaqus, kFoam };
 
-// By file extension, in any case.
+// By file extension, in any case; a folder named polyMesh is kFoam.
 std::optional<MeshFormat> MeshFormatOfPath(const std::string& path);
+// What ReadMeshFile reads.
 inline constexpr const char* kMeshExtensions = ".vtu, .mesh";
+bool IsReadable(MeshFormat format);
+// What WriteMeshFile writes.
+inline constexpr const char* kMeshOutputExtensions =
+    ".vtu .vtk .mesh .msh .inp, a folder polyMesh; the surface alone as .ply .obj .off .stl .drc";
+bool IsWritableMeshPath(const std::string& path);
 
 // A fact about the whole mesh, e.g. ("statistics.min_scaled_jacobian", 0.31).
 struct MeshFact {
   std::string name;
-  std::variant<double, std::string> value;
+  std::variant<double, std::string, std::vector<double>> value;
 };
+
+// The fact's number or numbers; none of a text.
+std::vector<double> NumbersOf(const MeshFact& fact);
+// The fact for people: a number with ten digits, a text as it is, a list by its length.
+std::string TextOf(const MeshFact& fact);
 
 struct MeshDocument {
   AtMostHexaMesh mesh;
@@ -40,7 +51,26 @@ std::string FormatVtu(const MeshDocument& document);
 // number the paper's cell type. 17 significant digits, so that reading gives back the same numbers.
 std::string FormatMedit(const MeshDocument& document);
 
-// Writes by extension. The file appears whole or not at all.
+// .vtk: VTK's legacy format, binary; cells, cell data and facts as in .vtu.
+std::string FormatVtk(const MeshDocument& document);
+
+// .msh: Gmsh 4.1 ascii, one volume in the physical group "solid". .inp: Abaqus and CalculiX, all
+// nodes in the set NALL, all elements in EALL, and the nodes on the hull in NHULL; pyramids
+// are C3D8 with their apex four times, as CalculiX has no word for them. Neither has one for
+// hexprisms and slices: FAILED_PRECONDITION counting them (cells/solver_ready.h divides them).
+absl::StatusOr<std::string> FormatGmsh(const MeshDocument& document);
+absl::StatusOr<std::string> FormatAbaqus(const MeshDocument& document);
+
+// OpenFOAM's polyMesh: points, faces, owner, neighbour, boundary, with the hull as one patch
+// "hull". Faces are in the order that OpenFOAM wants. FAILED_PRECONDITION for slices, two faces of
+// which share two edges; DATA_LOSS if the cells do not fit together.
+struct FoamFile {
+  std::string name, content;
+};
+absl::StatusOr<std::vector<FoamFile>> FormatFoam(const MeshDocument& document);
+
+// Writes by extension; surface formats get the mesh's boundary (formats/boundary_surface.h). The
+// file appears whole or not at all; of a polyMesh this holds for each file.
 absl::Status WriteMeshFile(const MeshDocument& document, const std::string& path);
 
 // Read what the writers above write, and files of others as far as they use the same features
@@ -49,6 +79,7 @@ absl::Status WriteMeshFile(const MeshDocument& document, const std::string& path
 // quality from their geometry when the file does not say.
 absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes);
 absl::StatusOr<MeshDocument> ReadMedit(std::string_view bytes);
+// INVALID_ARGUMENT, too, for the formats that are written only.
 absl::StatusOr<MeshDocument> ReadMeshFile(const std::string& path);
 
 }  // namespace amhex::client

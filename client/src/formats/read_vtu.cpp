@@ -120,8 +120,12 @@ struct Grid {
 
 absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
   AMHEX_ASSIGN_OR_RETURN(const std::vector<double> numbers, AsciiNumbers(array));
-  if (array.Get("type") != "String") {
-    if (!numbers.empty()) facts->push_back({array.Get("Name"), numbers.front()});
+  if (array.Get("type") != "String" && array.Get("type") != "UInt8") {
+    if (numbers.size() == 1) {
+      facts->push_back({array.Get("Name"), numbers.front()});
+    } else {
+      facts->push_back({array.Get("Name"), numbers});
+    }
     return absl::OkStatus();
   }
   std::string text;

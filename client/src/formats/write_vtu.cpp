@@ -14,19 +14,23 @@ std::string DataArray(const std::string& type, const std::string& name, int comp
                       components, "\" format=\"binary\">\n", content, "\n</DataArray>\n");
 }
 
-// Field data have their length stated; strings are lists of character codes ended by 0.
+std::string FieldArrayTag(const std::string& type, const std::string& name, size_t length) {
+  return absl::StrCat("<DataArray type=\"", type, "\" Name=\"", name, "\" NumberOfTuples=\"",
+                      length, "\" format=\"ascii\">\n");
+}
+
+// Field data have their length stated. Texts are character codes ended by 0, as 8-bit
+// numbers: there are readers (meshio) that give up a file with an array of type String.
 std::string FieldArray(const MeshFact& fact) {
-  const auto* number = std::get_if<double>(&fact.value);
-  std::string array =
-      absl::StrCat("<DataArray type=\"", number != nullptr ? "Float64" : "String", "\" Name=\"",
-                   fact.name, "\" NumberOfTuples=\"1\" format=\"ascii\">\n");
-  if (number != nullptr) {
-    absl::StrAppendFormat(&array, "%.17g", *number);
-  } else {
-    for (unsigned char c : std::get<std::string>(fact.value)) {
-      absl::StrAppend(&array, static_cast<int>(c), " ");
-    }
+  std::string array;
+  if (const auto* text = std::get_if<std::string>(&fact.value)) {
+    array = FieldArrayTag("UInt8", fact.name, text->size() + 1);
+    for (unsigned char c : *text) absl::StrAppend(&array, static_cast<int>(c), " ");
     array += "0";
+  } else {
+    const std::vector<double> numbers = NumbersOf(fact);
+    array = FieldArrayTag("Float64", fact.name, numbers.size());
+    for (double number : numbers) absl::StrAppendFormat(&array, "%.17g ", number);
   }
   return array + "\n</DataArray>\n";
 }
