@@ -12,6 +12,7 @@ if(AMHEX_SERVICE)
   find_package(prometheus-cpp CONFIG REQUIRED)        # prometheus-cpp-dev
   find_package(CLI11 CONFIG REQUIRED)                 # libcli11-dev
   find_package(SQLite3 REQUIRED)                      # libsqlite3-dev
+  find_package(PostgreSQL REQUIRED)                   # libpq-dev
   find_package(OpenSSL REQUIRED)                      # libssl-dev
   find_package(PNG REQUIRED)                          # libpng-dev
   find_package(ZLIB REQUIRED)                         # zlib1g-dev

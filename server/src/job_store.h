@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -159,6 +160,13 @@ class JobStore {
   virtual absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) = 0;
   // True if a job names the blob as input or result, or a tenant owns it.
   virtual absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) = 0;
+
+  // For stores that several nodes share.
+  // Where the node that runs a job can be reached; empty if none does, or only this one could.
+  virtual absl::StatusOr<std::string> RunnerAddress(const std::string&) { return std::string(); }
+  // From now on `on_change` is told the ids of jobs that changed through any node, soon after; some
+  // may be missed. An empty id: any job may have changed. Called from one thread; once at most.
+  virtual void Subscribe(std::function<void(const std::string& id)>) {}
 };
 
 }  // namespace amhex::server

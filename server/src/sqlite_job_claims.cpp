@@ -132,9 +132,7 @@ absl::StatusOr<std::vector<std::string>> SqliteJobStore::EndTwinsLocked(const st
       database_->Prepare("SELECT twin.id FROM job JOIN job AS twin ON twin.tenant = job.tenant AND"
                          " twin.cache_key = job.cache_key AND twin.state = 1 WHERE job.id = ?"));
   AMHEX_ASSIGN_OR_RETURN(auto twins, IdsLocked(&select.Text(id)));
-  FinalOutcome shared = outcome;
-  shared.details.clear_stages();
-  shared.details.set_shared_result(true);
+  const FinalOutcome shared = SharedOutcome(outcome.details);
   for (const std::string& twin : twins) {
     AMHEX_RETURN_IF_ERROR(EndLocked(twin, "state = 1", shared, now).status());
   }

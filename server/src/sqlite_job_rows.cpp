@@ -1,21 +1,11 @@
 #include "sqlite_job_rows.h"
 
-#include "errors.h"
 #include "job_id.h"
 #include "time_convert.h"
 
 namespace amhex::server {
 
 using amhex::v1::Job;
-
-absl::Status JobNotFound(const std::string& id) {
-  return MakeError(absl::StatusCode::kNotFound, amhex::v1::JOB_NOT_FOUND,
-                   "no job " + JobName(id) + " exists, or it has expired");
-}
-
-absl::Status Fenced(const std::string& id) {
-  return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
-}
 
 Job ReadJob(const SqliteStatement& row) {
   Job job;
@@ -36,16 +26,6 @@ Job ReadJob(const SqliteStatement& row) {
   if (!row.IsNull(kEndTime)) *job.mutable_end_time() = time(kEndTime);
   if (!row.IsNull(kExpireTime)) *job.mutable_expire_time() = time(kExpireTime);
   return job;
-}
-
-std::string OutcomeBytes(const FinalOutcome& outcome) {
-  Job kept;
-  *kept.mutable_stages() = outcome.details.stages();
-  kept.set_failed_stage(outcome.details.failed_stage());
-  if (outcome.details.has_error()) *kept.mutable_error() = outcome.details.error();
-  kept.set_shared_result(outcome.details.shared_result());
-  if (outcome.details.has_result()) *kept.mutable_result() = outcome.details.result();
-  return kept.SerializeAsString();
 }
 
 }  // namespace amhex::server

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "absl/status/status.h"
+#include "job_record.h"
 #include "job_store.h"
 #include "sqlite.h"
 
@@ -111,14 +111,7 @@ enum JobColumn {
   kMemoryBytes
 };
 
-absl::Status JobNotFound(const std::string& id);
-// ABORTED: another attempt has taken over.
-absl::Status Fenced(const std::string& id);
-
 // The job in the current row of a statement that begins with kSelectJob.
 amhex::v1::Job ReadJob(const SqliteStatement& row);
-
-// What the outcome column holds.
-std::string OutcomeBytes(const FinalOutcome& outcome);
 
 }  // namespace amhex::server

@@ -14,8 +14,6 @@ namespace {
 
 using amhex::v1::Job;
 
-constexpr absl::Duration kFullQueueRetryDelay = absl::Seconds(5);
-
 std::string StateList(const std::vector<Job::State>& states) {
   std::string list;
   for (const Job::State state : states) {
@@ -23,13 +21,6 @@ std::string StateList(const std::vector<Job::State>& states) {
     list += std::to_string(static_cast<int>(state));
   }
   return list;
-}
-
-bool HasLabels(const Job& job, const std::map<std::string, std::string>& labels) {
-  return std::all_of(labels.begin(), labels.end(), [&job](const auto& label) {
-    const auto found = job.labels().find(label.first);
-    return found != job.labels().end() && found->second == label.second;
-  });
 }
 
 }  // namespace
@@ -77,8 +68,7 @@ absl::StatusOr<std::optional<SubmittedJob>> SqliteJobStore::FindRequestLocked(co
                          known.Text(job.tenant.name).Text(job.request_id).Step());
   if (!has_row) return std::optional<SubmittedJob>();
   if (known.TextColumn(1) != job.request_hash) {
-    return MakeError(absl::StatusCode::kAlreadyExists, amhex::v1::REQUEST_ID_REUSED,
-                     "request_id " + job.request_id + " was used for a different request");
+    return RequestIdReused(job.request_id);
   }
   AMHEX_ASSIGN_OR_RETURN(Job existing, GetLocked(known.TextColumn(0)));
   return std::optional<SubmittedJob>(SubmittedJob{std::move(existing), false});
@@ -88,9 +78,7 @@ absl::Status SqliteJobStore::CheckRoomLocked(const NewJob& job, int64_t max_queu
   AMHEX_ASSIGN_OR_RETURN(const int64_t queued,
                          database_->QueryInt("SELECT count(*) FROM job WHERE state = 1"));
   if (queued >= max_queued) {
-    return WithRetryDelay(MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUEUE_FULL,
-                                    std::to_string(queued) + " jobs wait, which is the limit"),
-                          kFullQueueRetryDelay);
+    return QueueFull(queued);
   }
   if (job.tenant.max_queued_jobs <= 0) return absl::OkStatus();
   AMHEX_ASSIGN_OR_RETURN(auto count, database_->Prepare("SELECT count(*) FROM job WHERE tenant = ?"
@@ -147,14 +135,11 @@ absl::StatusOr<std::optional<FinalOutcome>> SqliteJobStore::FindResultLocked(con
                                       " AND state = 3 ORDER BY number DESC LIMIT 1"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row,
                          select.Text(job.tenant.name).Text(job.cache_key).Step());
-  FinalOutcome outcome;
-  outcome.state = Job::SUCCEEDED;
-  if (!has_row || !outcome.details.ParseFromString(select.TextColumn(0))) {
+  Job details;
+  if (!has_row || !details.ParseFromString(select.TextColumn(0))) {
     return std::optional<FinalOutcome>();
   }
-  outcome.details.clear_stages();
-  outcome.details.set_shared_result(true);
-  return std::optional<FinalOutcome>(std::move(outcome));
+  return std::optional<FinalOutcome>(SharedOutcome(details));
 }
 
 absl::StatusOr<SubmittedJob> SqliteJobStore::Submit(const NewJob& job, int64_t max_queued,
@@ -235,8 +220,7 @@ absl::Status SqliteJobStore::Delete(const std::string& id) {
                          database_->Prepare("DELETE FROM job WHERE id = ? AND state >= 3"));
   AMHEX_RETURN_IF_ERROR(remove.Text(id).Run());
   if (database_->ChangeCount() > 0) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::JOB_NOT_FINAL,
-                   JobName(id) + " is " + Job::State_Name(job.state()) + "; cancel it first");
+  return JobNotFinal(job);
 }
 
 }  // namespace amhex::server

@@ -1,0 +1,68 @@
+#include "job_record.h"
+
+#include <algorithm>
+
+#include "errors.h"
+#include "job_id.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+
+constexpr absl::Duration kFullQueueRetryDelay = absl::Seconds(5);
+
+}  // namespace
+
+absl::Status JobNotFound(const std::string& id) {
+  return MakeError(absl::StatusCode::kNotFound, amhex::v1::JOB_NOT_FOUND,
+                   "no job " + JobName(id) + " exists, or it has expired");
+}
+
+absl::Status JobNotFinal(const Job& job) {
+  return MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::JOB_NOT_FINAL,
+                   job.name() + " is " + Job::State_Name(job.state()) + "; cancel it first");
+}
+
+absl::Status Fenced(const std::string& id) {
+  return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
+}
+
+absl::Status QueueFull(int64_t queued) {
+  return WithRetryDelay(MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUEUE_FULL,
+                                  std::to_string(queued) + " jobs wait, which is the limit"),
+                        kFullQueueRetryDelay);
+}
+
+absl::Status RequestIdReused(const std::string& request_id) {
+  return MakeError(absl::StatusCode::kAlreadyExists, amhex::v1::REQUEST_ID_REUSED,
+                   "request_id " + request_id + " was used for a different request");
+}
+
+std::string OutcomeBytes(const FinalOutcome& outcome) {
+  Job kept;
+  *kept.mutable_stages() = outcome.details.stages();
+  kept.set_failed_stage(outcome.details.failed_stage());
+  if (outcome.details.has_error()) *kept.mutable_error() = outcome.details.error();
+  kept.set_shared_result(outcome.details.shared_result());
+  if (outcome.details.has_result()) *kept.mutable_result() = outcome.details.result();
+  return kept.SerializeAsString();
+}
+
+FinalOutcome SharedOutcome(const Job& details) {
+  FinalOutcome outcome;
+  outcome.state = Job::SUCCEEDED;
+  outcome.details = details;
+  outcome.details.clear_stages();
+  outcome.details.set_shared_result(true);
+  return outcome;
+}
+
+bool HasLabels(const Job& job, const std::map<std::string, std::string>& labels) {
+  return std::all_of(labels.begin(), labels.end(), [&job](const auto& label) {
+    const auto found = job.labels().find(label.first);
+    return found != job.labels().end() && found->second == label.second;
+  });
+}
+
+}  // namespace amhex::server
