@@ -16,6 +16,10 @@ if(AMHEX_SERVICE)
   find_package(OpenSSL REQUIRED)                      # libssl-dev
   find_package(PNG REQUIRED)                          # libpng-dev
   find_package(ZLIB REQUIRED)                         # zlib1g-dev
+  # libjs-three: the report page embeds both files.
+  find_file(AMHEX_THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
+  find_file(AMHEX_THREE_CONTROLS_JS OrbitControls.js
+    PATHS /usr/share/javascript/three/examples/js/controls REQUIRED)
 endif()
 
 if(AMHEX_TESTS)

@@ -6,6 +6,7 @@
 #   tests/run.sh --sanitize          with the address and undefined-behaviour sanitizers
 #   tests/run.sh --sanitize=thread   with the thread sanitizer
 #   tests/run.sh --tidy              clang-tidy over every source file, no tests
+#   tests/run.sh --all-packages      installs, too, what the tests with other people's software need (300 MB)
 #
 # The last line is the summary; the exit status is 0 only if everything passed.
 set -euo pipefail
@@ -15,14 +16,16 @@ cd "$(dirname "$(readlink -f "$0")")/.."
 preset=release
 filter=
 tidy=false
+all_packages=false
 while [[ $# -gt 0 ]]; do
   case "$1" in
     --sanitize|--sanitize=address) preset=asan ;;
     --sanitize=thread) preset=tsan ;;
     --tidy) tidy=true ;;
+    --all-packages) all_packages=true ;;
     --filter) filter="${2:?--filter needs a regular expression}"; shift ;;
     --filter=*) filter="${1#--filter=}" ;;
-    -h|--help) sed -n '2,10s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "tests/run.sh: unknown option $1; see --help" >&2; exit 2 ;;
   esac
   shift
@@ -43,6 +46,7 @@ step="installing packages"
 say "Packages"
 sections=(build test format)
 if $tidy; then sections+=(tidy); fi
+if $all_packages; then sections+=(readers solvers browser); fi
 deploy/install-packages.sh "${sections[@]}"
 
 # One compiler needs up to 1.5 GiB for the generated gRPC code.

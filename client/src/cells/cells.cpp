@@ -63,14 +63,16 @@ int DistinctVertices(const CellCorners& corners) {
 
 FaceList FacesOfCell(const CellCorners& corners) {
   FaceList faces;
-  for (const auto& pattern : kFaceCorners) {
+  for (int side = 0; side < static_cast<int>(kFaceCorners.size()); ++side) {
     Face face;
-    for (int corner : pattern) {
+    for (int corner : kFaceCorners[side]) {
       const int32_t vertex = corners[corner];
       const auto end = face.vertex.begin() + face.count;
       if (std::find(face.vertex.begin(), end, vertex) == end) face.vertex[face.count++] = vertex;
     }
-    if (face.count >= 3) faces.face[faces.count++] = face;
+    if (face.count < 3) continue;
+    faces.side[faces.count] = side;
+    faces.face[faces.count++] = face;
   }
   return faces;
 }

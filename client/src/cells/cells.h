@@ -22,6 +22,8 @@ struct Face {
 struct FaceList {
   int count = 0;
   std::array<Face, 6> face;
+  std::array<int, 6>
+      side{};  // which of the hexahedron's faces it is: 0321 4567 0154 1265 2376 3047
   const Face* begin() const { return face.data(); }
   const Face* end() const { return face.data() + count; }
 };

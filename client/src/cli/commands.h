@@ -16,6 +16,7 @@ void AddDeleteCommand(CLI::App* app, int* exit_code);
 void AddInfoCommand(CLI::App* app, int* exit_code);
 void AddDemoCommand(CLI::App* app, int* exit_code);
 void AddConvertCommand(CLI::App* app, int* exit_code);
+void AddReportCommand(CLI::App* app, int* exit_code);
 void AddPictureCommand(CLI::App* app, int* exit_code);
 
 }  // namespace amhex::client

@@ -21,6 +21,7 @@ int Main(int argc, char** argv) {
   AddInfoCommand(&app, &exit_code);
   AddDemoCommand(&app, &exit_code);
   AddConvertCommand(&app, &exit_code);
+  AddReportCommand(&app, &exit_code);
   AddPictureCommand(&app, &exit_code);
   try {
     app.parse(argc, argv);

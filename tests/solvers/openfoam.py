@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""A mesh of amhex's in OpenFOAM: checkMesh, then Laplace's equation with laplacianFoam.
+
+    tests/solvers/openfoam.py AMHEX MESH FOLDER
+
+Exit status 77 where OpenFOAM is not installed.
+"""
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+SKIPPED = 77
+ENVIRONMENT = "/usr/share/openfoam/etc/bashrc"
+# Of the field's range. Finite volumes with corrected gradients: linear fields are exact but for faces on the hull,
+# where the line from the cell's centre is not along the normal and OpenFOAM does not correct.
+LINEAR_TOLERANCE = 0.01
+KNOWN_TOLERANCE = 0.02
+failures = 0
+
+
+def check(name, condition, *detail):
+    global failures
+    print("passed:" if condition else "FAILED:", name, *detail)
+    failures += not condition
+
+
+def foam(case, command):
+    return subprocess.run(["bash", "-c", f". {ENVIRONMENT} >/dev/null 2>&1; {command} -case {case}"],
+                          capture_output=True, text=True, timeout=300).stdout
+
+
+def dictionary(case, path, kind, text):
+    file = case / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(f"FoamFile {{ version 2.0; format ascii; class {kind}; object {file.name}; }}\n{text}\n")
+
+
+def write_case(case):
+    dictionary(case, "system/controlDict", "dictionary", "application laplacianFoam; startFrom startTime; startTime 0; "
+               "stopAt endTime; endTime 1; deltaT 1; writeControl timeStep; writeInterval 1; writePrecision 12;")
+    dictionary(case, "system/fvSchemes", "dictionary", "ddtSchemes { default steadyState; }\n"
+               "gradSchemes { default leastSquares; }\ndivSchemes { default none; }\n"
+               "laplacianSchemes { default Gauss linear corrected; }\ninterpolationSchemes { default linear; }\n"
+               "snGradSchemes { default corrected; }")
+    dictionary(case, "system/fvSolution", "dictionary", "solvers { T { solver PCG; preconditioner DIC; tolerance 1e-12; relTol 0; } }\n"
+               "SIMPLE { nNonOrthogonalCorrectors 40; }")
+    dictionary(case, "constant/transportProperties", "dictionary", "DT DT [0 2 -1 0 0 0 0] 1;")
+
+
+def entries(path):
+    """The lines of an OpenFOAM list."""
+    text = path.read_text()
+    return re.search(r"\n(\d+)\n\(\n(.*?)\n\)", text, re.S).group(2).split("\n")
+
+
+def face_centre(points, corners):
+    """As OpenFOAM has it: triangles around the mean, weighted by their area."""
+    mean = [sum(points[c][a] for c in corners) / len(corners) for a in range(3)]
+    total, sums = 0.0, [0.0, 0.0, 0.0]
+    for i, corner in enumerate(corners):
+        p, q = points[corner], points[corners[(i + 1) % len(corners)]]
+        u, v = [p[a] - mean[a] for a in range(3)], [q[a] - mean[a] for a in range(3)]
+        cross = [u[(a + 1) % 3] * v[(a + 2) % 3] - u[(a + 2) % 3] * v[(a + 1) % 3] for a in range(3)]
+        area = sum(c * c for c in cross) ** 0.5
+        total += area
+        for a in range(3):
+            sums[a] += area * (p[a] + q[a] + mean[a]) / 3
+    return [s / total for s in sums]
+
+
+def solve(case, field):
+    """Laplace with `field` on the hull; (centres, values) of the cells."""
+    mesh = case / "constant/polyMesh"
+    points = [tuple(map(float, line.strip("()").split())) for line in entries(mesh / "points")]
+    faces = [[int(word) for word in line[line.index("(") + 1:-1].split()] for line in entries(mesh / "faces")]
+    start = int(re.search(r"startFace (\d+)", (mesh / "boundary").read_text()).group(1))
+    values = [field(*face_centre(points, face)) for face in faces[start:]]
+    listed = "\n".join(f"{value:.15g}" for value in values)
+    dictionary(case, "0/T", "volScalarField", "dimensions [0 0 0 1 0 0 0]; internalField uniform 0;\n"
+               f"boundaryField {{ hull {{ type fixedValue; value nonuniform List<scalar> {len(values)}\n(\n{listed}\n);\n}} }}")
+    shutil.rmtree(case / "1", ignore_errors=True)
+    log = foam(case, "laplacianFoam")
+    if not (case / "1/T").exists():
+        sys.exit(f"laplacianFoam failed:\n{log[-3000:]}")
+    foam(case, "postProcess -func writeCellCentres -time 1")
+    centres = [tuple(map(float, line.strip("()").split())) for line in entries(case / "1/C")]
+    return centres, [float(line) for line in entries(case / "1/T")]
+
+
+def compare(case, name, field, tolerance):
+    centres, values = solve(case, field)
+    wanted = [field(*centre) for centre in centres]
+    spread = max(wanted) - min(wanted)
+    worst = max(abs(a - b) for a, b in zip(values, wanted))
+    check(f"{name}: {len(values)} cells", worst < tolerance * spread, f"largest error {worst / spread:.2e} of the range")
+
+
+def main():
+    amhex, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+    if not pathlib.Path(ENVIRONMENT).exists():
+        print("skipped: OpenFOAM is not installed")
+        sys.exit(SKIPPED)
+    case = folder.resolve()
+    shutil.rmtree(case, ignore_errors=True)
+    write_case(case)
+    subprocess.run([amhex, "convert", mesh, "-o", case / "constant/polyMesh", "--solver-ready"], check=True)
+    log = foam(case, "checkMesh")
+    check("checkMesh says Mesh OK", "Mesh OK." in log, *re.findall(r".*(?:\*\*\*|Max skewness|non-orthogonality Max).*", log))
+    check("checkMesh knows all cells", re.search(r"polyhedra: +0\b", log) is not None, log[-2000:] if "polyhedra:" not in log else "")
+    compare(case, "Laplace, linear field", lambda x, y, z: 3 * x - 2 * y + z, LINEAR_TOLERANCE)
+    compare(case, "Laplace, known solution", lambda x, y, z: x * x + y * y - 2 * z * z, KNOWN_TOLERANCE)
+    sys.exit(failures > 0)
+
+
+if __name__ == "__main__":
+    main()
