@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <string>
 
 #include "absl/strings/str_format.h"
 #include "closure/boundary_defects.h"
+#include "closure/carve.h"
 #include "closure/cavities.h"
 #include "closure/delaunay_fill.h"
 #include "closure/extrude_layer.h"
@@ -23,6 +25,18 @@ struct StarRound {
 };
 constexpr StarRound kFirstRounds[] = {{6, 4, 60}, {9, 6, 100}};
 constexpr StarRound kSlitRounds[] = {{4, 4, 40}, {7, 6, 80}};
+// What no single star fills costs more and more cells per open face, step by step.
+struct FillStep {
+  CarveLimits carving;
+  int max_cells_per_face;  // of a Delaunay filling around one cavity; 0: none
+};
+constexpr FillStep kFillSteps[] = {{{0.15, 4.0, 4}, 0}, {{0.03, 14.0, 7}, 8}};
+constexpr int kAnyNumber = 1 << 20;
+constexpr StarRound kDeepRound = {12, 10, 40};
+// Stars and carvings are tried this often, each time with the cells around what resists removed.
+constexpr int kFillAttempts = 4;
+// Only then, and first around each cavity, later over the whole mesh, is it filled by Delaunay.
+constexpr int kWholeMeshAttempt = 2;
 // Each attempt of the last resort removes one more layer of cells around what resisted.
 constexpr int kDelaunayAttempts = 6;
 // Boundary defects are opened and filled anew, each time a layer farther.
@@ -72,19 +86,44 @@ class Closer {
   bool HasOpenFaces() const { return !mesh_.OpenFaces().empty(); }
 
   void FillCavities(int round) {
+    for (int attempt = 0; attempt < kFillAttempts && HasOpenFaces(); ++attempt) {
+      if (run_.ShouldStop()) return;
+      if (attempt > 0) {
+        RemoveCellsAtCavities();
+        RemoveLooseCells(&mesh_);
+        for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
+      }
+      const auto salt = static_cast<uint64_t>(kFillAttempts * round + attempt);
+      for (const FillStep& step : kFillSteps) {
+        CarveNetworks(step.carving);
+        FillWithStars(kFirstRounds[1]);
+        DeclareHullFaces(hull_, &mesh_);
+        if (step.max_cells_per_face > 0) FillLocally(seed_ + salt, step.max_cells_per_face);
+      }
+      FillWithStars(kDeepRound);
+    }
     for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
       if (run_.ShouldStop()) return;
       for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
       const auto salt = static_cast<uint64_t>(kDelaunayAttempts * round + attempt);
-      if (attempt == 0) FillLocally(seed_ + salt);
+      FillLocally(seed_ + salt, kAnyNumber);
+      if (attempt < kWholeMeshAttempt) continue;
       const Cavities cavities = CollectCavities(mesh_);
       FillByDelaunay(hull_, cavities, ScopeOfWholeMesh(mesh_, cavities), seed_ + salt, &mesh_);
       for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
     }
   }
 
+  // Stars over parts of what no single star fills, until no part is worth it.
+  void CarveNetworks(const CarveLimits& limits) {
+    CarveMemory memory;
+    while (HasOpenFaces() && CarveCavities(hull_, limits, run_, &memory, &mesh_) > 0) {
+      FillWithStars(kFirstRounds[1]);
+    }
+  }
+
   // Each cavity on its own, in the metric of the cells around it, which spares most of them.
-  void FillLocally(uint64_t seed) {
+  void FillLocally(uint64_t seed, int max_cells_per_face) {
     std::vector<CellFace> places;
     for (const auto& faces : CollectCavities(mesh_).faces) places.push_back(faces.front());
     for (const CellFace& place : places) {
@@ -92,7 +131,10 @@ class Closer {
       const Cavities cavities = CollectCavities(mesh_);
       const int cavity = cavities.Of(mesh_.FindHalfFace(place));
       if (cavity < 0) continue;  // filled along with another
-      FillByDelaunay(hull_, cavities, ScopeAroundCavity(mesh_, cavities, cavity), seed, &mesh_);
+      FillScope scope = ScopeAroundCavity(mesh_, cavities, cavity);
+      scope.max_added_cells =
+          static_cast<int64_t>(cavities.faces[cavity].size()) * max_cells_per_face;
+      FillByDelaunay(hull_, cavities, scope, seed, &mesh_);
     }
     for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
   }
@@ -129,6 +171,7 @@ class Closer {
       if (run_.ShouldStop()) return;
       const size_t size = cavities.faces[cavity].size();
       if (size == 0 || size > round.max_cavity_faces) continue;
+      if (!tried_.insert(AttemptAt(cavities.faces[cavity], round)).second) continue;
       Region seed;
       seed.cavities = {cavity};
       const auto filling = GrowStar(mesh_, hull_, cavities, {}, limits, {seed}, 1e8);
@@ -142,6 +185,14 @@ class Closer {
       }
     }
     ReportProgress();
+  }
+
+  // A cavity that a star round has failed to fill is not tried again before it has changed.
+  using Attempt = std::pair<int, std::vector<int>>;
+  Attempt AttemptAt(const std::vector<CellFace>& faces, const StarRound& round) const {
+    Attempt attempt{round.depth, {}};
+    for (const CellFace& face : faces) attempt.second.push_back(mesh_.FindHalfFace(face));
+    return attempt;
   }
 
   void RemoveCellsAtCavities() {
@@ -177,6 +228,7 @@ class Closer {
   const uint64_t seed_;
   RunContext& run_;
   WorkingMesh mesh_;
+  std::set<Attempt> tried_;
   size_t first_open_ = 1;
 };
 

@@ -45,12 +45,19 @@ class DelaunayFiller {
       if (contradictions_.empty()) break;
       for (const int cell : contradictions_) excluded[cell] = 1;
     }
+    if (CellsAdded() > scope_.max_added_cells) return false;
     Replace();
     return true;
   }
 
  private:
   enum class Side : uint8_t { kUnknown, kInside, kOutside };
+
+  // An upper bound: tetrahedra that become pyramids count twice.
+  int64_t CellsAdded() const {
+    return std::count(visited_.begin(), visited_.end(), 1) -
+           std::count(dying_.begin(), dying_.end(), 1);
+  }
 
   void Flood() {
     const int count = cover_.tetrahedra().count();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "closure/cavities.h"
@@ -18,6 +20,8 @@ struct FillScope {
   // A scope that ends inside the mesh: fillings that reach its border are void.
   bool is_local = false;
   Box3d safe_box;  // where a local filling may place tetrahedra
+  // A filling that adds more cells than this is void.
+  int64_t max_added_cells = std::numeric_limits<int64_t>::max();
 
   Vec3d ToMetric(const Vec3d& p) const {
     return {Dot(metric[0], p), Dot(metric[1], p), Dot(metric[2], p)};

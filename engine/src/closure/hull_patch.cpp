@@ -10,7 +10,7 @@
 namespace amhex {
 namespace {
 
-constexpr int kMaxLoopLength = 24;
+constexpr size_t kMaxLoopLength = 24;
 constexpr double kImpossible = 1e18;
 constexpr double kForbidden = 1e6;
 // Below this quality a cell costs kQualityWeight per unit of deficit; at kMinQuality it is refused.
@@ -23,17 +23,23 @@ constexpr double kChordWeight = 15;
 // Quads whose two triangles fold by more than about 26 degrees cost extra.
 constexpr double kFlatCosine = 0.9;
 constexpr double kFoldWeight = 10;
+// A face follows the hull if its centre is this near and the normals agree.
+constexpr double kMaxFaceSag = 0.3;
+constexpr double kMinNormalCosine = 0.3;
 
 class PatchProgram {
  public:
-  PatchProgram(const WorkingMesh& mesh, const Hull& hull, const std::vector<int>& absorbed,
-               const std::vector<int32_t>& loop, const Vec3d& apex)
+  PatchProgram(const WorkingMesh& mesh, const Hull& hull, const PatchRequest& request)
       : mesh_(mesh),
         hull_(hull),
-        absorbed_(absorbed),
-        loop_(loop),
-        apex_(apex),
-        n_(static_cast<int>(loop.size())) {}
+        absorbed_(request.absorbed),
+        loop_(request.loop),
+        apex_(request.apex),
+        n_(static_cast<int>(request.loop.size())) {
+    for (const int32_t v : loop_) {
+      on_hull_.push_back(request.kind == PatchKind::kHull || IsOnHull(hull, mesh.vertices()[v]));
+    }
+  }
 
   std::optional<HullPatch> Run() {
     cost_.assign(static_cast<size_t>(n_) * n_, kImpossible);
@@ -100,6 +106,7 @@ class PatchProgram {
 
   double ChordCost(int i, int j) const {
     const auto& x = mesh_.vertices();
+    if (!on_hull_[i] || !on_hull_[j]) return 0;
     if (IsTakenEdge(loop_[i], loop_[j])) return kForbidden;
     const HullPoint nearest = hull_.queries->Closest((x[loop_[i]] + x[loop_[j]]) * 0.5);
     return kChordWeight * std::max(0.0, nearest.distance - kFreeChordDistance);
@@ -136,6 +143,7 @@ class PatchProgram {
   const std::vector<int32_t>& loop_;
   const Vec3d apex_;
   const int n_;
+  std::vector<uint8_t> on_hull_;  // [loop vertex]
   std::vector<double> cost_;
   std::vector<Choice> choice_;
 };
@@ -143,10 +151,23 @@ class PatchProgram {
 }  // namespace
 
 std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull,
-                                       const std::vector<int>& absorbed,
-                                       const std::vector<int32_t>& loop, const Vec3d& apex) {
-  if (loop.size() < 3 || loop.size() > kMaxLoopLength) return std::nullopt;
-  return PatchProgram(mesh, hull, absorbed, loop, apex).Run();
+                                       const PatchRequest& request) {
+  const size_t length = request.loop.size();
+  if (length < 3 || length > kMaxLoopLength) return std::nullopt;
+  return PatchProgram(mesh, hull, request).Run();
+}
+
+bool IsOnHull(const Hull& hull, const Vec3d& p) {
+  return hull.queries->Closest(p, kOnHullDistance).triangle >= 0;
+}
+
+bool FollowsHull(const Hull& hull, const CellFace& face, const std::vector<Vec3d>& vertices) {
+  for (int j = 0; j < face.count; ++j) {
+    if (!IsOnHull(hull, vertices[face.v[j]])) return false;
+  }
+  const HullPoint nearest = hull.queries->Closest(FaceCentroid(face, vertices), kMaxFaceSag);
+  return nearest.triangle >= 0 &&
+         -Dot(FaceUnitNormal(face, vertices), nearest.normal) > kMinNormalCosine;
 }
 
 }  // namespace amhex

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <vector>
 
+#include "closure/cavities.h"
+#include "closure/hull_patch.h"
 #include "geometry/point_bins.h"
 #include "input/hull_queries.h"
 #include "optimize/cell_quality.h"
@@ -17,6 +19,12 @@ constexpr double kMaxSnapDistance = 0.85;   // of a face's centre to the hull, e
 constexpr double kVertexSnapMargin = 0.25;  // a vertex may lie this much deeper
 constexpr double kMinSnapQuality = 0.3;
 constexpr double kMinNormalCosine = 0.5;
+
+// The centre of a face that is declared hull may lie this deep below the hull or high above it, and
+// its vertices this high.
+constexpr double kMaxDeclaredDepth = 0.3;
+constexpr double kMaxDeclaredHeight = 0.6;
+constexpr double kMaxDeclaredVertexHeight = 0.3;
 
 struct OpenFace {
   CellFace face;
@@ -151,6 +159,29 @@ int SnapFacesToHull(const Hull& hull, WorkingMesh* mesh) {
     if (!IsBlocked(open, faces, bins) && snapper.TrySnap(open)) ++snapped;
   }
   return snapped;
+}
+
+int DeclareHullFaces(const Hull& hull, WorkingMesh* mesh) {
+  const auto& x = mesh->vertices();
+  const auto depth_is_allowed = [&](const Vec3d& p, double inside, double outside) {
+    const HullPoint nearest = hull.queries->Closest(p, outside);
+    return nearest.triangle >= 0 && (nearest.distance <= inside || !hull.queries->IsInside(p));
+  };
+  const auto lies_on_hull = [&](const CellFace& face) {
+    for (int j = 0; j < face.count; ++j) {
+      if (!depth_is_allowed(x[face.v[j]], kOnHullDistance, kMaxDeclaredVertexHeight)) return false;
+    }
+    const Vec3d centre = FaceCentroid(face, x);
+    return depth_is_allowed(centre, kMaxDeclaredDepth, kMaxDeclaredHeight) &&
+           Dot(FaceUnitNormal(face, x), hull.queries->Closest(centre).normal) > 0;
+  };
+  int declared = 0;
+  for (const auto& faces : CollectCavities(*mesh).faces) {
+    if (!std::all_of(faces.begin(), faces.end(), lies_on_hull)) continue;
+    for (const CellFace& face : faces) mesh->MarkHull(face);
+    declared += static_cast<int>(faces.size());
+  }
+  return declared;
 }
 
 }  // namespace amhex

@@ -14,4 +14,8 @@ int RemoveLooseCells(WorkingMesh* mesh);
 // first, if all cells there stay good. Returns how many.
 int SnapFacesToHull(const Hull& hull, WorkingMesh* mesh);
 
+// Declares cavities of no depth to be hull: those of which every face spans hull vertices and lies
+// on the hull or a little below. Returns how many faces.
+int DeclareHullFaces(const Hull& hull, WorkingMesh* mesh);
+
 }  // namespace amhex

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 
+#include "closure/hull_patch.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
 namespace {
-
-// Nearer than this to the hull, a loop's vertex must not be looked at from beyond its tangent
-// plane.
-constexpr double kOnHullDistance = 0.1;
 
 bool Contains(const std::vector<int>& sorted, int value) {
   return std::binary_search(sorted.begin(), sorted.end(), value);
@@ -68,6 +65,7 @@ void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, Region* region) {
   }
   for (const auto& loop : BoundaryLoops(region->walls)) {
     for (const int32_t v : loop) {
+      // Not to be looked at from beyond its tangent plane.
       const HullPoint nearest = hull.queries->Closest(x[v], kOnHullDistance);
       if (nearest.triangle >= 0) planes.push_back({-nearest.normal, x[v]});
     }

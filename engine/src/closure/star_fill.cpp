@@ -87,16 +87,6 @@ double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const StarFilli
   return cost;
 }
 
-bool HasRepeatedFace(const std::vector<CellFace>& faces) {
-  std::set<std::array<int32_t, 4>> seen;
-  for (const CellFace& face : faces) {
-    std::array<int32_t, 4> key = face.v;
-    std::sort(key.begin(), key.end());
-    if (!seen.insert(key).second) return true;
-  }
-  return false;
-}
-
 // Tries one star over `fixed` faces; the loops they leave open are closed by patches.
 void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
              const std::vector<CellFace>& fixed, const std::vector<CellFace>& dropped,
@@ -116,7 +106,7 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   for (int round = 0; round < rounds; ++round) {
     filling.patch.clear();
     for (const auto& loop : loops) {
-      const auto patch = FindHullPatch(mesh, hull, region.cells, loop, filling.apex);
+      const auto patch = FindHullPatch(mesh, hull, {region.cells, loop, filling.apex});
       if (!patch) return;
       filling.patch.insert(filling.patch.end(), patch->faces.begin(), patch->faces.end());
     }
@@ -191,6 +181,16 @@ void ScoreCandidates(const WorkingMesh& mesh, const Hull& hull, const Cavities& 
 }
 
 }  // namespace
+
+bool HasRepeatedFace(const std::vector<CellFace>& faces) {
+  std::set<std::array<int32_t, 4>> seen;
+  for (const CellFace& face : faces) {
+    std::array<int32_t, 4> key = face.v;
+    std::sort(key.begin(), key.end());
+    if (!seen.insert(key).second) return true;
+  }
+  return false;
+}
 
 double QualityPenalty(double quality) {
   return kQualityWeight * std::max(0.0, kGoodQuality - std::max(0.0, quality));

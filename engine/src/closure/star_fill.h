@@ -50,6 +50,9 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
 // Replaces the region's cells by the star; returns the apex's vertex id.
 int ApplyStar(const StarFilling& filling, WorkingMesh* mesh);
 
+// True if two faces have the same vertices.
+bool HasRepeatedFace(const std::vector<CellFace>& faces);
+
 // Penalty for cells below the quality that is asked of fillings, in cells.
 double QualityPenalty(double quality);
 

@@ -1,0 +1,31 @@
+// Networks of slits that are too large for one star: stars over parts of them, cut off from the
+// rest by membranes.
+#pragma once
+
+#include <cstdint>
+
+#include "absl/container/flat_hash_map.h"
+#include "amhex/run_context.h"
+#include "closure/working_mesh.h"
+#include "input/hull.h"
+
+namespace amhex {
+
+struct CarveLimits {
+  double min_quality = 0.15;     // of the new cells
+  double max_cost_per_face = 4;  // cells that one open face less may cost
+  int depth = 4;                 // cells absorbed at most
+};
+
+// Where a round with the same limits found nothing: [half-face] a digest of the open faces around
+// it then. Places that still look the same are not searched again.
+using CarveMemory = absl::flat_hash_map<int, uint64_t>;
+
+// One round: the best star over a part of the network is found at every open face, and those that
+// close most for the least are applied where they do not touch. Open faces become fewer with every
+// star. Returns the number of stars; 0 if nothing helps or the run is to stop. Same result at any
+// thread count.
+int CarveCavities(const Hull& hull, const CarveLimits& limits, const RunContext& run,
+                  CarveMemory* memory, WorkingMesh* mesh);
+
+}  // namespace amhex

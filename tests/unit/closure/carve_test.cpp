@@ -1,0 +1,133 @@
+#include "closure/carve.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "closure/cavities.h"
+#include "closure/hull_patch.h"
+#include "closure/prepare_cavities.h"
+#include "fixtures/solids.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridSize;
+
+constexpr GridSize kSize{8, 8, 8};
+
+Hull BoxHull(const GridSize& n) {
+  TriangleMesh box = fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 1.0);
+  Box3d bounds;
+  for (const Vec3d& p : box.vertices) bounds.Extend(p);
+  for (Vec3d& p : box.vertices) p -= bounds.low;
+  return testing_support::HullOfMesh(box);
+}
+
+// One connected void, far too long for one star: a random walk through the inside of the grid.
+WorkingMesh GridWithTunnel(unsigned seed) {
+  WorkingMesh mesh(GridComplex(kSize));
+  std::minstd_rand random(seed);
+  std::array<int, 3> at = {4, 4, 4};
+  for (int step = 0; step < 40; ++step) {
+    const int cell = at[0] + kSize.nx * (at[1] + kSize.ny * at[2]);
+    if (mesh.alive(cell)) mesh.RemoveCell(cell);
+    int& coordinate = at[random() / 7 % 3];
+    coordinate = std::clamp(coordinate + (random() / 7 % 2 == 0 ? 1 : -1), 1, 6);
+  }
+  return mesh;
+}
+
+double Volume(const WorkingMesh& mesh) {
+  double volume = 0;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (mesh.alive(cell)) volume += CellVolume(mesh.corners(cell), mesh.vertices());
+  }
+  return volume;
+}
+
+TEST(CarveCavities, LeavesAMeshWithoutOpenFacesAlone) {
+  const Hull hull = BoxHull(kSize);
+  WorkingMesh mesh(GridComplex(kSize));
+  CarveMemory memory;
+  RunContext run;
+  EXPECT_EQ(CarveCavities(hull, {}, run, &memory, &mesh), 0);
+  EXPECT_EQ(mesh.cell_slots(), 512);
+}
+
+TEST(CarveCavities, EveryRoundLeavesFewerFacesOpenAndOnlyGoodCells) {
+  const Hull hull = BoxHull(kSize);
+  const CarveLimits limits{0.1, 8.0, 3};
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(seed);
+    WorkingMesh mesh = GridWithTunnel(seed);
+    const double before = Volume(mesh);
+    CarveMemory memory;
+    RunContext run;
+    size_t open = mesh.OpenFaces().size();
+    int stars = 0;
+    while (const int applied = CarveCavities(hull, limits, run, &memory, &mesh)) {
+      stars += applied;
+      EXPECT_LT(mesh.OpenFaces().size(), open);
+      open = mesh.OpenFaces().size();
+    }
+    EXPECT_GT(stars, 0);
+    EXPECT_GT(Volume(mesh), before);
+    EXPECT_LT(Volume(mesh), 512 + 1e-9);
+    for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+      if (!mesh.alive(cell)) continue;
+      EXPECT_GE(ScaledJacobian(mesh.corners(cell), mesh.vertices()), limits.min_quality - 1e-12);
+    }
+  }
+}
+
+TEST(CarveCavities, IsTheSameEveryTime) {
+  const Hull hull = BoxHull(kSize);
+  WorkingMesh a = GridWithTunnel(3), b = GridWithTunnel(3);
+  CarveMemory memory_a, memory_b;
+  RunContext run;
+  EXPECT_EQ(CarveCavities(hull, {}, run, &memory_a, &a),
+            CarveCavities(hull, {}, run, &memory_b, &b));
+  EXPECT_EQ(a.ToComplex().cells, b.ToComplex().cells);
+  EXPECT_TRUE(a.vertices() == b.vertices());
+}
+
+TEST(CarveCavities, DoesNothingOnceTheRunIsToStop) {
+  const Hull hull = BoxHull(kSize);
+  WorkingMesh mesh = GridWithTunnel(1);
+  const size_t open = mesh.OpenFaces().size();
+  CarveMemory memory;
+  RunContext run;
+  run.RequestStop();
+  EXPECT_EQ(CarveCavities(hull, {}, run, &memory, &mesh), 0);
+  EXPECT_EQ(mesh.OpenFaces().size(), open);
+}
+
+TEST(DeclareHullFaces, TakesOpenFacesOnTheHullAndNoOthers) {
+  const Hull hull = BoxHull({3, 3, 3});
+  WorkingMesh mesh(GridComplex({3, 3, 3}));
+  mesh.RemoveCell(13);  // the middle
+  CellFace bottom;
+  for (const CellFace& face : FacesOf(mesh.corners(4))) {
+    if (mesh.Across(face) == WorkingMesh::kHull) bottom = face;
+  }
+  mesh.UnmarkHull(bottom);
+  ASSERT_EQ(mesh.OpenFaces().size(), 7u);
+  EXPECT_EQ(DeclareHullFaces(hull, &mesh), 1);
+  EXPECT_EQ(mesh.Across(bottom), WorkingMesh::kHull);
+  EXPECT_EQ(mesh.OpenFaces().size(), 6u);
+}
+
+TEST(FollowsHull, IsTrueOfFacesAlongTheHullOnly) {
+  const Hull hull = BoxHull({2, 2, 2});
+  const std::vector<Vec3d> x = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 1, 2}};
+  EXPECT_TRUE(FollowsHull(hull, {4, {0, 1, 2, 3}}, x));   // looks up, into the box
+  EXPECT_FALSE(FollowsHull(hull, {4, {3, 2, 1, 0}}, x));  // looks out of it
+  EXPECT_FALSE(FollowsHull(hull, {3, {0, 1, 4, -1}}, x));
+}
+
+}  // namespace
+}  // namespace amhex
