@@ -153,20 +153,22 @@ absl::Status BlobUpload::Finish() {
   return status;
 }
 
-BlobStore::BlobStore(std::string root, const Limits& limits)
-    : root_(std::move(root)), limits_(limits) {}
+BlobStore::BlobStore(std::string root, const Limits& limits, std::string private_folder)
+    : root_(std::move(root)), private_folder_(std::move(private_folder)), limits_(limits) {}
 BlobStore::~BlobStore() = default;
 
 absl::StatusOr<std::unique_ptr<BlobStore>> BlobStore::Open(const std::string& root,
-                                                           const Limits& limits) {
-  std::unique_ptr<BlobStore> store(new BlobStore(root, limits));
+                                                           const Limits& limits,
+                                                           const std::string& private_folder) {
+  const std::string own = private_folder.empty() ? root : private_folder;
+  std::unique_ptr<BlobStore> store(new BlobStore(root, limits, own));
   std::error_code error;
-  fs::remove_all(root + "/scratch", error);
-  for (const char* folder : {"/blobs", "/uploads", "/scratch"}) {
-    if (auto status = MakeFolders(root + folder); !status.ok()) return status;
+  fs::remove_all(own + "/scratch", error);
+  for (const std::string& folder : {root + "/blobs", own + "/uploads", own + "/scratch"}) {
+    if (auto status = MakeFolders(folder); !status.ok()) return status;
   }
   store->total_bytes_ = BytesBelow(root + "/blobs");
-  store->uploading_bytes_ = BytesBelow(root + "/uploads");
+  store->uploading_bytes_ = BytesBelow(own + "/uploads");
   return store;
 }
 
@@ -175,11 +177,11 @@ std::string BlobStore::PathOf(const std::string& sha256) const {
 }
 
 std::string BlobStore::UploadPath(const std::string& sha256) const {
-  return root_ + "/uploads/" + sha256;
+  return private_folder_ + "/uploads/" + sha256;
 }
 
 std::string BlobStore::NewWorkPath(const std::string& job_id, int64_t epoch) const {
-  return root_ + "/scratch/" + job_id + "-" + std::to_string(epoch);
+  return private_folder_ + "/scratch/" + job_id + "-" + std::to_string(epoch);
 }
 
 bool BlobStore::Contains(const std::string& sha256) const { return Size(sha256).ok(); }
@@ -219,7 +221,7 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
     return blob;
   }
   if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
-  std::string draft = root_ + "/scratch/put-XXXXXX";
+  std::string draft = private_folder_ + "/scratch/put-XXXXXX";
   UniqueFd fd(mkostemp(draft.data(), O_CLOEXEC));
   if (!fd.valid()) return FileError("cannot make a file of the store", errno);
   absl::Status status = WriteAllAt(fd.get(), bytes.data(), bytes.size(), 0);
@@ -339,16 +341,21 @@ int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
   std::error_code error;
   for (const fs::path& file : FilesBelow(root_ + "/blobs")) {
     if (LastTouched(file) >= older_than || is_used(file.filename().string())) continue;
+    // Another server may have admitted a job that needs it while its use was looked up.
+    if (LastTouched(file) >= older_than) continue;
     const auto size = fs::file_size(file, error);
     if (!error && fs::remove(file, error)) freed += static_cast<int64_t>(size);
   }
-  for (const fs::path& file : FilesBelow(root_ + "/uploads")) {
+  for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
     if (LastTouched(file) >= uploads_older_than) continue;
     const auto size = fs::file_size(file, error);
     if (!error) Drop(file.filename().string(), static_cast<int64_t>(size));
   }
+  // What other servers have added and removed is seen here only.
+  const bool is_shared = private_folder_ != root_;
+  const int64_t found = is_shared ? BytesBelow(root_ + "/blobs") : 0;
   std::lock_guard<std::mutex> lock(mutex_);
-  total_bytes_ -= freed;
+  total_bytes_ = is_shared ? found : total_bytes_ - freed;
   return freed;
 }
 

@@ -56,8 +56,11 @@ class BlobUpload {
 class BlobStore {
  public:
   // Makes the folders, forgets unfinished work of workers, counts what is there.
+  // Several servers may share `root`; what is not complete lies in each one's `private_folder`, on
+  // the same file system. Empty: `root` is all this server's.
   static absl::StatusOr<std::unique_ptr<BlobStore>> Open(const std::string& root,
-                                                         const Limits& limits);
+                                                         const Limits& limits,
+                                                         const std::string& private_folder = "");
   ~BlobStore();
 
   bool Contains(const std::string& sha256) const;
@@ -93,7 +96,7 @@ class BlobStore {
 
  private:
   friend class BlobUpload;
-  BlobStore(std::string root, const Limits& limits);
+  BlobStore(std::string root, const Limits& limits, std::string private_folder);
 
   absl::Status CheckRoom(int64_t more_bytes) const;
   std::string UploadPath(const std::string& sha256) const;
@@ -103,6 +106,7 @@ class BlobStore {
   void Drop(const std::string& sha256, int64_t committed_size);
 
   const std::string root_;
+  const std::string private_folder_;
   const Limits limits_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by sha256

@@ -22,6 +22,12 @@ void WakeAll(const std::vector<std::shared_ptr<FeedListener>>& listeners) {
 
 }  // namespace
 
+void FrameCounter::AdvanceBeyond(int64_t seq) {
+  int64_t next = next_.load();
+  while (next <= seq && !next_.compare_exchange_weak(next, seq + 1)) {
+  }
+}
+
 JobFeed::JobFeed(const Job& job, FrameCounter* counter)
     : counter_(counter), current_(job), last_publish_time_(absl::Now()) {
   last_seq_ = counter_->Next();
@@ -155,6 +161,14 @@ absl::StatusOr<std::unique_ptr<FeedReader>> FeedReader::Open(
     std::shared_ptr<JobFeed> feed, int64_t after_seq, absl::Duration min_interval,
     int32_t max_readers, std::shared_ptr<FeedListener> listener) {
   std::lock_guard<std::mutex> lock(feed->mutex_);
+  if (after_seq > feed->last_seq_ && feed->counter_->has_peers() &&
+      after_seq <= FrameCounter::kMaxForeignSeq) {
+    // Another server has sent that frame. What the reader has missed is not known here; it gets
+    // the whole job and is told of the gap.
+    feed->counter_->AdvanceBeyond(after_seq);
+    feed->last_seq_ = feed->counter_->Next();
+    feed->last_dropped_seq_ = feed->last_seq_;
+  }
   if (after_seq > feed->last_seq_) {
     FieldViolations bad;
     bad.Add("after_seq", "is " + std::to_string(after_seq) + ", but the last frame sent is " +

@@ -32,11 +32,20 @@ class FeedListener {
 // numbers keep growing over restarts.
 class FrameCounter {
  public:
-  explicit FrameCounter(int64_t generation) : next_((generation << kGenerationShift) + 1) {}
+  explicit FrameCounter(int64_t generation, bool has_peers = false)
+      : has_peers_(has_peers), next_((generation << kGenerationShift) + 1) {}
   int64_t Next() { return next_.fetch_add(1, std::memory_order_relaxed); }
+  // True when readers may come from servers that number on their own.
+  bool has_peers() const { return has_peers_; }
+  // Sees to it that all further numbers are larger than `seq`, at most kMaxForeignSeq.
+  void AdvanceBeyond(int64_t seq);
+
+  // No server comes near this number; half of all numbers are left above it.
+  static constexpr int64_t kMaxForeignSeq = int64_t{1} << 62;
 
  private:
   static constexpr int kGenerationShift = 40;  // 10^12 frames per run, 8 million runs
+  const bool has_peers_;
   std::atomic<int64_t> next_;
 };
 
@@ -96,7 +105,8 @@ class FeedReader {
     std::optional<absl::Status> end;  // the stream is over
   };                                  // neither: nothing to send now; the listener will be woken
 
-  // INVALID_ARGUMENT for an `after_seq` never sent, RESOURCE_EXHAUSTED TOO_MANY_WATCHERS.
+  // INVALID_ARGUMENT for an `after_seq` never sent (by this server or a peer), RESOURCE_EXHAUSTED
+  // TOO_MANY_WATCHERS.
   static absl::StatusOr<std::unique_ptr<FeedReader>> Open(std::shared_ptr<JobFeed> feed,
                                                           int64_t after_seq,
                                                           absl::Duration min_interval,

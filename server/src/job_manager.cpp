@@ -74,7 +74,7 @@ JobManager::JobManager(const Options& options, std::unique_ptr<JobStore> store,
       store_(std::move(store)),
       blobs_(std::move(blobs)),
       metrics_(metrics),
-      frame_counter_(generation) {}
+      frame_counter_(generation, options.relay != nullptr) {}
 
 absl::StatusOr<std::unique_ptr<JobManager>> JobManager::Create(const Options& options,
                                                                std::unique_ptr<JobStore> store,
@@ -85,11 +85,19 @@ absl::StatusOr<std::unique_ptr<JobManager>> JobManager::Create(const Options& op
   if (requeued > 0) LogInfo("jobs_requeued", {{"count", requeued}});
   std::unique_ptr<JobManager> manager(
       new JobManager(options, std::move(store), std::move(blobs), metrics, generation));
+  if (options.relay) {
+    manager->store_->Subscribe(
+        [raw = manager.get()](const std::string& id) { raw->HearOfChange(id); });
+  }
   manager->housekeeper_ = std::thread([raw = manager.get()] { raw->Housekeep(); });
   return manager;
 }
 
 JobManager::~JobManager() {
+  if (options_.relay) {
+    store_->Unsubscribe();
+    options_.relay->Stop();
+  }
   {
     std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
@@ -227,12 +235,7 @@ absl::StatusOr<Job> JobManager::Cancel(const std::string& id) {
   AMHEX_ASSIGN_OR_RETURN(const Job before, store_->Get(id));
   if (IsFinal(before.state())) return before;
   AMHEX_ASSIGN_OR_RETURN(const Job job, store_->RequestCancel(id, CancelledOutcome(), absl::Now()));
-  std::shared_ptr<Attempt> attempt;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const auto running = attempts_.find(id);
-    if (running != attempts_.end()) attempt = running->second;
-  }
+  const std::shared_ptr<Attempt> attempt = FindAttempt(id);
   LogInfo("cancel_requested", {{"job", job.name()}, {"state", Job::State_Name(job.state())}});
   if (attempt) attempt->RequestCancel();
   // A queued job is final now; a running one is so when its worker has stopped.
@@ -259,6 +262,7 @@ absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
   if (after.state() != feed->state()) feed->PublishJob(after);
   auto reader = FeedReader::Open(feed, after_seq, min_interval, options_.limits.max_watcher_count,
                                  std::move(listener));
+  if (options_.relay) RefreshForeignFeed(id, feed);
   std::lock_guard<std::mutex> lock(mutex_);
   if (std::find(watched_feeds_.begin(), watched_feeds_.end(), feed) == watched_feeds_.end()) {
     watched_feeds_.push_back(feed);

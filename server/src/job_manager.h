@@ -18,6 +18,7 @@
 #include "amhex/v1/meshing_service.pb.h"
 #include "blob_store.h"
 #include "job_feed.h"
+#include "job_relay.h"
 #include "job_store.h"
 #include "metrics.h"
 #include "service_limits.h"
@@ -57,6 +58,9 @@ class JobManager {
     Limits limits;
     // Name of this server among those that share a store.
     std::string node = "local";
+    // Where the others reach this one, and how it follows jobs that run on them; null: no others.
+    std::string address;
+    std::shared_ptr<JobRelay> relay;
     absl::Duration lease = absl::Seconds(30);
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
@@ -124,6 +128,16 @@ class JobManager {
   void PublishStored(const std::string& id);
   void PublishFinished(const std::string& id);
   void WakeSlots();
+
+  // In a cluster: a job was changed, perhaps by another node. Empty: any may have been.
+  void HearOfChange(const std::string& id);
+  std::shared_ptr<Attempt> FindAttempt(const std::string& id);
+  // Brings the feeds of jobs that do not run here up to date.
+  void TendForeignFeeds();
+  void RefreshForeignFeed(const std::string& id, const std::shared_ptr<JobFeed>& feed);
+  // Finishes as soon as the store can be reached, while the lease may still hold.
+  absl::StatusOr<std::vector<std::string>> FinishPatiently(const Attempt& attempt,
+                                                           const FinalOutcome& outcome);
 
   void Housekeep();
   void TendWatchedFeeds();

@@ -78,6 +78,7 @@ std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
     std::lock_guard<std::mutex> lock(mutex_);
     attempts_[claimed->id] = attempt;
   }
+  if (options_.relay) options_.relay->Unfollow(claimed->id);
   // A cancel that came between the claim and the entry above left only its mark in the store.
   if (KeepLease(*attempt)) feed->PublishRequeued(job);
   return attempt;
@@ -132,7 +133,7 @@ void JobManager::Finish(Attempt& attempt, const FinalOutcome& outcome) {
   if (outcome.state != Job::SUCCEEDED) {
     complete.details.set_failed_stage(live.progress().stage());
   }
-  const auto twins = store_->Finish(attempt.id(), attempt.epoch(), complete, absl::Now());
+  const auto twins = FinishPatiently(attempt, complete);
   if (attempt.cancel_requested()) {
     const int64_t nanos = absl::GetCurrentTimeNanos() - attempt.cancel_time_nanos_;
     metrics_->cancel_latency_seconds.Observe(1e-9 * static_cast<double>(nanos));
@@ -224,6 +225,7 @@ void JobManager::Housekeep() {
     TendWatchedFeeds();
     if (absl::Now() >= next_queue) {
       TendQueue();
+      if (options_.relay) TendForeignFeeds();
       ForgetQuietFeeds();
       next_queue = absl::Now() + kQueueInterval;
     }
@@ -270,7 +272,11 @@ void JobManager::ForgetQuietFeeds() {
 
 void JobManager::TendQueue() {
   const absl::Time now = absl::Now();
-  if (const auto exhausted = store_->ReapExpiredLeases(now); exhausted.ok()) {
+  const auto exhausted = store_->ReapExpiredLeases(now);
+  metrics_->store_up.Set(absl::IsUnavailable(exhausted.status()) ? 0 : 1);
+  // The other calls would only wait as well, and watchers with them.
+  if (absl::IsUnavailable(exhausted.status())) return;
+  if (exhausted.ok()) {
     for (const ClaimedJob& job : *exhausted) {
       metrics_->lease_expired.Increment();
       const auto outcome = ErrorOutcome(

@@ -35,6 +35,7 @@ class Metrics {
   prometheus::Gauge& watchers;
   prometheus::Gauge& blob_store_bytes;
   prometheus::Gauge& workers_ready;
+  prometheus::Gauge& store_up;
 
   // Histograms.
   prometheus::Histogram& queue_wait_seconds;

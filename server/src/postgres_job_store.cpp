@@ -52,10 +52,7 @@ PostgresPool::Options QuickPoolOptions(const PostgresJobStore::Options& options)
 PostgresJobStore::PostgresJobStore(const Options& options)
     : options_(options), pool_(PoolOptions(options)), quick_pool_(QuickPoolOptions(options)) {}
 
-PostgresJobStore::~PostgresJobStore() {
-  stopping_ = true;
-  if (listener_.joinable()) listener_.join();
-}
+PostgresJobStore::~PostgresJobStore() { Unsubscribe(); }
 
 absl::StatusOr<std::unique_ptr<PostgresJobStore>> PostgresJobStore::Open(const Options& options) {
   std::unique_ptr<PostgresJobStore> store(new PostgresJobStore(options));
@@ -221,6 +218,11 @@ void PostgresJobStore::Announce(const std::vector<std::string>& ids) {
 void PostgresJobStore::Subscribe(std::function<void(const std::string& id)> on_change) {
   on_change_ = std::move(on_change);
   listener_ = std::thread([this] { Listen(); });
+}
+
+void PostgresJobStore::Unsubscribe() {
+  stopping_ = true;
+  if (listener_.joinable()) listener_.join();
 }
 
 void PostgresJobStore::Listen() {

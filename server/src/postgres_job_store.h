@@ -70,6 +70,7 @@ class PostgresJobStore : public JobStore {
 
   absl::StatusOr<std::string> RunnerAddress(const std::string& id) override;
   void Subscribe(std::function<void(const std::string& id)> on_change) override;
+  void Unsubscribe() override;
 
  private:
   struct Candidate {

@@ -1,11 +1,9 @@
 #include "server.h"
 
-#include <fcntl.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <prometheus/exposer.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -14,11 +12,12 @@
 #include <utility>
 
 #include "blob_service.h"
+#include "grpc_job_relay.h"
 #include "job_manager.h"
 #include "logging.h"
 #include "meshing_service.h"
-#include "sqlite_job_store.h"
 #include "status_macros.h"
+#include "store_choice.h"
 #include "version.h"
 #include "worker_pool.h"
 
@@ -51,15 +50,6 @@ absl::StatusOr<std::string> MakeTemporaryFolder() {
   std::string path = (fs::temp_directory_path(error) / "amhexd-XXXXXX").string();
   if (mkdtemp(path.data()) == nullptr) return FileError("cannot make a temporary folder", errno);
   return path;
-}
-
-// Two servers on one queue would both run its jobs.
-absl::StatusOr<UniqueFd> LockFolder(const std::string& folder) {
-  AMHEX_ASSIGN_OR_RETURN(UniqueFd lock, OpenFile(folder + "/lock", O_RDWR | O_CREAT));
-  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
-    return absl::FailedPreconditionError("another amhexd uses the data folder");
-  }
-  return lock;
 }
 
 std::string WithPort(const std::string& address, int port) {
@@ -100,14 +90,21 @@ absl::Status Server::Parts::OpenStores() {
     folder = temporary.path;
   }
   AMHEX_RETURN_IF_ERROR(MakeFolders(folder));
-  AMHEX_ASSIGN_OR_RETURN(lock, LockFolder(folder));
-  AMHEX_ASSIGN_OR_RETURN(
-      auto store, SqliteJobStore::Open(options.ephemeral ? ":memory:" : folder + "/jobs.db"));
-  AMHEX_ASSIGN_OR_RETURN(auto blobs, BlobStore::Open(folder, options.limits));
+  AMHEX_ASSIGN_OR_RETURN(StorePlaces places, OpenStore(options, folder));
+  lock = std::move(places.lock);
+  AMHEX_ASSIGN_OR_RETURN(auto blobs,
+                         BlobStore::Open(folder, options.limits, places.private_folder));
   metrics = std::make_unique<Metrics>(kServerVersion);
   JobManager::Options manager_options;
   manager_options.limits = options.limits;
-  AMHEX_ASSIGN_OR_RETURN(manager, JobManager::Create(manager_options, std::move(store),
+  manager_options.lease = options.lease;
+  if (IsCluster(options)) {
+    manager_options.node = options.node_name;
+    manager_options.address = AdvertisedAddress(options);
+    manager_options.relay = std::make_shared<GrpcJobRelay>(
+        GrpcJobRelay::Options{grpc::InsecureChannelCredentials(), ""});
+  }
+  AMHEX_ASSIGN_OR_RETURN(manager, JobManager::Create(manager_options, std::move(places.store),
                                                      std::move(blobs), metrics.get()));
   WorkerPool::Options pool_options;
   pool_options.command = {options.worker, options.limits.max_worker_memory_bytes};

@@ -3,13 +3,18 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <climits>
 #include <filesystem>
 
+#include "store_choice.h"
 #include "version.h"
 
 namespace amhex::server {
 namespace {
 
+// Heartbeats come every third of a lease; an expired one delays its job by as much.
+constexpr absl::Duration kMinLease = absl::Seconds(1);
+constexpr absl::Duration kMaxLease = absl::Minutes(10);
 constexpr char kUnixPrefix[] = "unix:";
 
 bool StartsWith(const std::string& text, const std::string& prefix) {
@@ -32,6 +37,7 @@ int64_t DefaultWorkerMemory(int worker_count) {
 // Options that CLI11 reads as plain numbers.
 struct RawSeconds {
   double drain_delay;
+  double lease;
   double drain_timeout;
   double max_run;
   double max_retention;
@@ -61,6 +67,24 @@ void AddServingFlags(CLI::App* app, ServerOptions* options) {
   app->add_option("--log-level", options->log_level, "trace, debug, info, warning or error")
       ->envname("AMHEX_LOG_LEVEL")
       ->capture_default_str();
+}
+
+void AddClusterFlags(CLI::App* app, ServerOptions* options) {
+  app->add_option("--store", options->store,
+                  "Where the queue is kept: sqlite, or postgres://... to share it with other nodes")
+      ->envname("AMHEX_STORE")
+      ->capture_default_str();
+  app->add_option("--node-name", options->node_name,
+                  "Name among the nodes that share a store; the machine's if not given")
+      ->envname("AMHEX_NODE_NAME");
+  app->add_option("--advertise", options->advertise,
+                  "host:port where the other nodes reach this one; the first --listen if not given")
+      ->envname("AMHEX_ADVERTISE");
+}
+
+std::string MachineName() {
+  char name[HOST_NAME_MAX + 1] = {};
+  return gethostname(name, sizeof(name) - 1) == 0 ? name : "";
 }
 
 void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
@@ -104,6 +128,10 @@ void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
                   "Seconds between NOT_SERVING and the end of accepting")
       ->envname("AMHEX_DRAIN_DELAY")
       ->capture_default_str();
+  app->add_option("--lease-seconds", seconds->lease,
+                  "Silence after which a worker or node loses its job")
+      ->envname("AMHEX_LEASE_SECONDS")
+      ->capture_default_str();
   app->add_option("--drain-timeout", seconds->drain_timeout,
                   "Seconds for running jobs to finish on shutdown")
       ->envname("AMHEX_DRAIN_TIMEOUT")
@@ -128,6 +156,7 @@ absl::Status Refuse(const std::string& problem) { return absl::InvalidArgumentEr
 absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code) {
   ServerOptions options;
   RawSeconds seconds{absl::ToDoubleSeconds(options.drain_delay),
+                     absl::ToDoubleSeconds(options.lease),
                      absl::ToDoubleSeconds(options.drain_timeout),
                      absl::ToDoubleSeconds(options.limits.max_run_duration),
                      absl::ToDoubleSeconds(options.limits.max_retention_duration),
@@ -135,6 +164,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   CLI::App app("amhexd: turns scans into at-most-hexa volume meshes, as a gRPC service");
   app.set_version_flag("--version", std::string(kServerVersion));
   AddServingFlags(&app, &options);
+  AddClusterFlags(&app, &options);
   AddWorkerFlags(&app, &options);
   AddLimitFlags(&app, &options.limits);
   AddTimeFlags(&app, &seconds);
@@ -145,10 +175,12 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
     return Refuse("the command line was not understood");
   }
   options.drain_delay = absl::Seconds(seconds.drain_delay);
+  options.lease = absl::Seconds(seconds.lease);
   options.drain_timeout = absl::Seconds(seconds.drain_timeout);
   options.limits.max_run_duration = absl::Seconds(seconds.max_run);
   options.limits.max_retention_duration = absl::Seconds(seconds.max_retention);
   options.limits.default_retention_duration = absl::Seconds(seconds.retention);
+  if (options.node_name.empty()) options.node_name = MachineName();
   if (options.worker.empty()) options.worker = DefaultWorker();
   if (options.limits.max_worker_memory_bytes < 0) {
     options.limits.max_worker_memory_bytes = DefaultWorkerMemory(options.worker_count);
@@ -167,6 +199,7 @@ absl::Status Validate(const ServerOptions& options) {
                     "wanted, e.g. behind a proxy");
     }
   }
+  if (const absl::Status status = ValidateStore(options); !status.ok()) return status;
   if (options.worker_count < 1 || options.worker_count > 64) {
     return Refuse("--workers must be in [1, 64], got " + std::to_string(options.worker_count));
   }
@@ -177,6 +210,10 @@ absl::Status Validate(const ServerOptions& options) {
   if (limits.max_blob_bytes < 1 || limits.max_queued_job_count < 1 || limits.max_point_count < 1 ||
       limits.max_triangle_count < 1 || limits.max_attempts < 1 || limits.max_blob_store_bytes < 0) {
     return Refuse("a --max option is not positive");
+  }
+  if (options.lease < kMinLease || options.lease > kMaxLease) {
+    return Refuse("--lease-seconds must be in [1, 600], got " +
+                  absl::FormatDuration(options.lease));
   }
   if (limits.max_run_duration <= absl::ZeroDuration() ||
       limits.default_retention_duration <= absl::ZeroDuration() ||

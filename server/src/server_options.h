@@ -20,6 +20,16 @@ struct ServerOptions {
   // Permits plaintext on addresses other machines can reach.
   bool insecure = false;
 
+  // Where the queue is kept: "sqlite", in the data folder, or postgres://..., shared by all nodes
+  // of a cluster; then they share the data folder as well.
+  std::string store = "sqlite";
+  // This server among the nodes of a cluster; empty: the machine's name.
+  std::string node_name;
+  // host:port where the other nodes reach this one; empty: the first of `listen`.
+  std::string advertise;
+  // A node that is silent for so long loses its jobs to others.
+  absl::Duration lease = absl::Seconds(30);
+
   // Folder of the queue and the blobs.
   std::string data_dir = "/var/lib/amhex";
   // Keeps everything in a temporary folder that goes with the process; data_dir is not used.

@@ -1,0 +1,278 @@
+#include "cluster_fixture.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "absl/time/clock.h"
+#include "postgres_job_store.h"
+
+extern char** environ;
+
+namespace amhex::server {
+namespace {
+
+constexpr int kCallSeconds = 5;
+constexpr int kPollMilliseconds = 20;
+
+sockaddr_in Loopback(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<uint16_t>(port));
+  return address;
+}
+
+int Connect(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  const sockaddr_in address = Loopback(port);
+  if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) return fd;
+  close(fd);
+  return -1;
+}
+
+bool WaitReadable(int fd) {
+  pollfd entry{fd, POLLIN, 0};
+  return poll(&entry, 1, kPollMilliseconds) > 0;
+}
+
+std::vector<pid_t> ChildrenOf(pid_t parent) {
+  std::vector<pid_t> children;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+    std::ifstream file(entry.path() / "stat");
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    const size_t close = text.rfind(')');
+    if (close == std::string::npos) continue;
+    std::istringstream rest(text.substr(close + 1));
+    char state = 0;
+    pid_t found = 0;
+    rest >> state >> found;
+    if (found == parent) children.push_back(std::atoi(entry.path().filename().c_str()));
+  }
+  return children;
+}
+
+void SetDeadline(grpc::ClientContext* context) {
+  context->set_deadline(absl::ToChronoTime(absl::Now() + absl::Seconds(kCallSeconds)));
+}
+
+}  // namespace
+
+int FreePort() {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = Loopback(0);
+  socklen_t size = sizeof(address);
+  bind(fd, reinterpret_cast<sockaddr*>(&address), size);
+  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+  close(fd);
+  return ntohs(address.sin_port);
+}
+
+CuttableProxy::CuttableProxy(int target_port) : target_port_(target_port) {
+  listener_ = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = Loopback(0);
+  socklen_t size = sizeof(address);
+  bind(listener_, reinterpret_cast<sockaddr*>(&address), size);
+  listen(listener_, 64);
+  getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+  port_ = ntohs(address.sin_port);
+  threads_.emplace_back([this] { Serve(); });
+}
+
+CuttableProxy::~CuttableProxy() {
+  stopping_ = true;
+  threads_.front().join();
+  for (size_t i = 1; i < threads_.size(); ++i) threads_[i].join();
+  close(listener_);
+}
+
+void CuttableProxy::Mend() {
+  // Connections of before the cut have lost their place; they break.
+  ++generation_;
+  cut_ = false;
+}
+
+void CuttableProxy::Serve() {
+  while (!stopping_) {
+    if (cut_ || !WaitReadable(listener_)) {
+      if (cut_) absl::SleepFor(absl::Milliseconds(kPollMilliseconds));
+      continue;
+    }
+    const int client = accept(listener_, nullptr, nullptr);
+    const int target = Connect(target_port_);
+    if (target < 0) {
+      close(client);
+      continue;
+    }
+    const int64_t generation = generation_;
+    threads_.emplace_back([this, client, target, generation] {
+      std::thread back([=, this] { Pass(target, client, generation); });
+      Pass(client, target, generation);
+      back.join();
+      close(client);
+      close(target);
+    });
+  }
+}
+
+void CuttableProxy::Pass(int from, int to, int64_t generation) {
+  char bytes[65536];
+  while (!stopping_ && generation == generation_) {
+    if (cut_) {
+      absl::SleepFor(absl::Milliseconds(kPollMilliseconds));
+      continue;
+    }
+    if (!WaitReadable(from)) continue;
+    const ssize_t got = recv(from, bytes, sizeof(bytes), 0);
+    if (got <= 0 || send(to, bytes, static_cast<size_t>(got), MSG_NOSIGNAL) != got) break;
+  }
+  shutdown(from, SHUT_RDWR);
+  shutdown(to, SHUT_RDWR);
+}
+
+Node::Node(const Options& options)
+    : options_(options),
+      port_(FreePort()),
+      metrics_port_(FreePort()),
+      address_("127.0.0.1:" + std::to_string(port_)) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 50);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
+  const auto channel =
+      grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
+  mesher_ = amhex::v1::Mesher::NewStub(channel);
+  blobs_ = amhex::v1::Blobs::NewStub(channel);
+  Start();
+}
+
+Node::~Node() { Kill(); }
+
+void Node::Start() {
+  const std::string ports = options_.folder + "/" + options_.name + ".ports";
+  std::remove(ports.c_str());
+  std::vector<std::string> words = {AMHEX_DAEMON,
+                                    "--listen",
+                                    address_,
+                                    "--metrics-listen",
+                                    "127.0.0.1:" + std::to_string(metrics_port_),
+                                    "--data-dir",
+                                    options_.folder + "/data",
+                                    "--store",
+                                    options_.store,
+                                    "--node-name",
+                                    options_.name,
+                                    "--worker",
+                                    AMHEX_SCRIPTED_WORKER,
+                                    "--workers",
+                                    std::to_string(options_.worker_count),
+                                    "--lease-seconds",
+                                    std::to_string(options_.lease_seconds),
+                                    "--port-file",
+                                    ports,
+                                    "--max-attempts",
+                                    "50",
+                                    "--log-level",
+                                    "error"};
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  ASSERT_EQ(posix_spawn(&pid_, AMHEX_DAEMON, nullptr, nullptr, pointers.data(), environ), 0);
+  ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(ports); }, absl::Seconds(30)));
+}
+
+void Node::Kill() {
+  if (pid_ == 0) return;
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+  pid_ = 0;
+}
+
+int Node::Terminate() {
+  int status = 0;
+  kill(pid_, SIGTERM);
+  waitpid(pid_, &status, 0);
+  pid_ = 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+void Node::KillWorker() const {
+  const std::vector<pid_t> workers = ChildrenOf(pid_);
+  if (!workers.empty()) kill(workers.front(), SIGKILL);
+}
+
+double Node::Metric(const std::string& name) const {
+  const int fd = Connect(metrics_port_);
+  if (fd < 0) return -1;
+  const std::string request = "GET /metrics HTTP/1.0\r\n\r\n";
+  send(fd, request.data(), request.size(), MSG_NOSIGNAL);
+  std::string page;
+  char bytes[4096];
+  for (ssize_t got = 0; (got = recv(fd, bytes, sizeof(bytes), 0)) > 0;) {
+    page.append(bytes, static_cast<size_t>(got));
+  }
+  close(fd);
+  const size_t line = page.find("\n" + name + " ");
+  return line == std::string::npos ? -1 : std::atof(page.c_str() + line + name.size() + 2);
+}
+
+grpc::Status Node::Submit(const amhex::v1::SubmitJobRequest& request, std::string* name) const {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  amhex::v1::SubmitJobResponse response;
+  const grpc::Status status = mesher_->SubmitJob(&context, request, &response);
+  *name = response.job().name();
+  return status;
+}
+
+grpc::Status Node::Get(const std::string& name, amhex::v1::Job* job) const {
+  grpc::ClientContext context;
+  SetDeadline(&context);
+  amhex::v1::GetJobRequest request;
+  request.set_name(name);
+  return mesher_->GetJob(&context, request, job);
+}
+
+amhex::v1::Job::State Node::StateOf(const std::string& name) const {
+  amhex::v1::Job job;
+  return Get(name, &job).ok() ? job.state() : amhex::v1::Job::STATE_UNSPECIFIED;
+}
+
+Node::Options ClusterTest::NodeOptions(int number) const {
+  Node::Options options;
+  options.name = "node" + std::to_string(number);
+  options.store = database_;
+  options.folder = folder_ / "";
+  return options;
+}
+
+void ClusterTest::StartNodes(int count, int worker_count) {
+  for (int number = 0; number < count; ++number) {
+    Node::Options options = NodeOptions(number);
+    options.worker_count = worker_count;
+    nodes_.push_back(std::make_unique<Node>(options));
+  }
+}
+
+int ClusterTest::RunnerOf(const std::string& name) {
+  PostgresJobStore::Options options;
+  options.url = database_;
+  const auto store = *PostgresJobStore::Open(options);
+  const auto address = store->RunnerAddress(name.substr(name.find('/') + 1));
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    if (address.ok() && nodes_[i]->address() == *address) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+}  // namespace amhex::server

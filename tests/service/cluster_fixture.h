@@ -1,0 +1,104 @@
+// Real amhexd processes on one real database, and ways to hurt them. Workers follow scripts.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "amhex/v1/blob_service.grpc.pb.h"
+#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "postgres_server.h"
+#include "service_fixtures.h"
+
+namespace amhex::server {
+
+// Passes TCP connections on to a port of this machine, until it is cut off.
+class CuttableProxy {
+ public:
+  explicit CuttableProxy(int target_port);
+  ~CuttableProxy();
+
+  int port() const { return port_; }
+  // While cut, nothing passes and nothing is refused: packets seem to be lost.
+  void Cut() { cut_ = true; }
+  void Mend();
+
+ private:
+  void Serve();
+  void Pass(int from, int to, int64_t generation);
+
+  const int target_port_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::atomic<bool> cut_{false};
+  std::atomic<bool> stopping_{false};
+  std::atomic<int64_t> generation_{0};
+  std::vector<std::thread> threads_;
+};
+
+// One amhexd. Its address stays the same over restarts.
+class Node {
+ public:
+  struct Options {
+    std::string name;
+    std::string store;
+    std::string folder;  // shared by all nodes
+    int worker_count = 1;
+    double lease_seconds = 2;
+  };
+
+  explicit Node(const Options& options);
+  ~Node();
+
+  void Start();
+  bool running() const { return pid_ != 0; }
+  void Signal(int number) const { kill(pid_, number); }
+  void Kill();
+  // SIGTERM; returns the exit code.
+  int Terminate();
+  // kill -9 of one of its workers, if it has any.
+  void KillWorker() const;
+
+  const std::string& address() const { return address_; }
+  // A metric without labels.
+  double Metric(const std::string& name) const;
+  amhex::v1::Mesher::Stub& mesher() const { return *mesher_; }
+  amhex::v1::Blobs::Stub& blobs() const { return *blobs_; }
+
+  // Calls; each fails after a few seconds.
+  grpc::Status Submit(const amhex::v1::SubmitJobRequest& request, std::string* name) const;
+  grpc::Status Get(const std::string& name, amhex::v1::Job* job) const;
+  amhex::v1::Job::State StateOf(const std::string& name) const;
+
+ private:
+  const Options options_;
+  int port_ = 0;
+  int metrics_port_ = 0;
+  std::string address_;
+  pid_t pid_ = 0;
+  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
+  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
+};
+
+int FreePort();
+
+class ClusterTest : public ::testing::Test {
+ protected:
+  // Nodes named node0, node1, ... that all reach the database directly.
+  void StartNodes(int count, int worker_count = 1);
+  Node::Options NodeOptions(int number) const;
+  // Node that runs the job, or -1.
+  int RunnerOf(const std::string& name);
+
+  const std::string database_ = SharedPostgres().MakeDatabase();
+  TemporaryFolder folder_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+};
+
+}  // namespace amhex::server
