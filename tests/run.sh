@@ -46,7 +46,7 @@ step="installing packages"
 say "Packages"
 sections=(build test format)
 if $tidy; then sections+=(tidy); fi
-if $all_packages; then sections+=(readers solvers browser); fi
+if $all_packages; then sections+=(readers python solvers browser); fi
 deploy/install-packages.sh "${sections[@]}"
 
 # One compiler needs up to 1.5 GiB for the generated gRPC code.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The real programs together: the client with a private server and worker, from a file to a mesh.
 #
-#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands restarts; default all
+#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands tools restarts; default all
 #
 # Every test prints one line; the exit status is 0 only if all passed.
 set -uo pipefail
@@ -11,7 +11,7 @@ amhex=$(readlink -f "$1")
 amhexd=$(readlink -f "$2")
 shift 2
 groups=("$@")
-if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands restarts); fi
+if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands tools restarts); fi
 
 folder=$(mktemp -d)
 server_pid=
@@ -209,6 +209,55 @@ test_commands() {
   done
   check "the server has cancelled it" grep -q cancelled stdout
   stop_server
+}
+
+# What works on files: convert, report, picture; and bench, completion, events.
+test_tools() {
+  local format
+  "$amhex" demo --points 20000 -o bracket.drc >/dev/null
+  run mesh bracket.drc --cells 2500 -o part.vtu --report part.html --progress events \
+    --initialization jittered_grid --iterations 20
+  check "mesh writes a report" grep -q "<canvas" part.html
+  check "every event is a JSON object on a line" \
+    python3 -c 'import json,sys; [json.loads(line)["event"] for line in open("stdout")]'
+  check "the last event tells the exit status" \
+    bash -c 'tail -n 1 stdout | grep -q "\"event\": \"end\", \"exit_status\": 0, \"outcome\""'
+  check "the mesh knows how the relaxation went" \
+    bash -c '"$0" info part.vtu | grep -Eq "convergence.movement = [0-9]+ numbers"' "$amhex"
+  for format in vtk mesh ply obj off stl drc; do
+    run convert part.vtu -o "part.$format"
+    check "convert writes .$format" test -s "part.$format"
+  done
+  for format in msh inp; do
+    run convert part.vtu -o "part.$format" --solver-ready
+    check "convert writes .$format" test -s "part.$format"
+    rm "part.$format"
+    refuses ".$format has no word for all cells" 7 "solver-ready" convert part.vtu -o "part.$format"
+    check "and nothing is written" test ! -e "part.$format"
+  done
+  run convert part.vtu -o case/constant/polyMesh --solver-ready
+  check "convert writes a polyMesh" test -s case/constant/polyMesh/neighbour
+  refuses "an unknown format" 2 "unknown extension" convert part.vtu -o part.step
+  refuses "a missing mesh" 3 "no such file" convert missing.vtu -o out.vtk
+  refuses "a mesh that is none" 3 "error" report bracket.drc -o out.html
+  run mesh bracket.drc --cells 2500 -o ready.inp --solver-ready --quiet
+  check "mesh itself writes for solvers" grep -q "solver-ready: [0-9]* cells became" stdout
+  run render part.vtu -o part.png
+  check "render is another word for picture" test -s part.png
+  run bench bracket.drc --cells 500 --jobs 2 --at-once 2 --json bench.json
+  check "bench measures" grep -q '"jobs_per_second": [0-9]' bench.json
+  "$amhex" completion bash >completion.bash
+  check "bash completes commands" bash -c \
+    'source completion.bash; COMP_WORDS=(amhex conv) COMP_CWORD=1; _amhex; test "${COMPREPLY[*]}" = convert'
+  check "bash completes flags" bash -c \
+    'source completion.bash; COMP_WORDS=(amhex mesh --solv) COMP_CWORD=2; _amhex; test "${COMPREPLY[*]}" = --solver-ready'
+  "$amhex" completion fish >completion.fish
+  check "fish gets every command" test "$(grep -c __fish_use_subcommand completion.fish)" -ge 14
+  if command -v fish >/dev/null; then check "fish reads it" fish --no-execute completion.fish; fi
+  if command -v zsh >/dev/null; then
+    "$amhex" completion zsh >completion.zsh
+    check "zsh reads it" zsh -f -c "source ./completion.zsh"
+  fi
 }
 
 test_restarts() {

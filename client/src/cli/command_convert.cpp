@@ -33,6 +33,7 @@ int RunConvert(const ConvertFlags& flags) {
   if (flags.solver_ready) status = DivideForSolvers(&*document);
   if (status.ok()) status = WriteMeshFile(*document, flags.output);
   if (!status.ok()) return Fail(status, kExitOutput);
+  if (flags.solver_ready) std::printf("%s\n", DescribeDivision(*document).c_str());
   std::printf("%s: %zu cells, %zu vertices\n", flags.output.c_str(), document->mesh.corners.size(),
               document->mesh.vertices.size());
   return kExitSuccess;

@@ -9,6 +9,8 @@
 #include "cli/exit_codes.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
+#include "cli/progress_events.h"
+#include "cli/report.h"
 #include "cli/shared_flags.h"
 #include "cli/signals.h"
 
@@ -20,6 +22,7 @@ namespace v1 = amhex::v1;
 struct MeshFlags {
   std::string input;
   bool quiet = false;
+  std::string progress = "auto";
   ServerChoice server;
   ParameterFlags parameters;
   OutputFlags outputs;
@@ -45,10 +48,18 @@ class MeshRun {
   MeshRun(const MeshFlags& flags, const v1::MeshingParams& params)
       : flags_(flags),
         params_(params),
-        display_(flags.quiet ? ProgressDisplay::Style::kSilent : ProgressDisplay::StyleOfStderr()) {
+        display_(flags.quiet ? ProgressDisplay::Style::kSilent
+                             : ProgressDisplay::StyleOfWord(flags.progress)) {}
+
+  // With --progress events the last line on stdout tells the end, whatever it is.
+  int Run() {
+    const int code = RunSteps();
+    if (display_.style() == ProgressDisplay::Style::kEvents) PrintEvent(EndEvent(code, outcome_));
+    return code;
   }
 
-  int Run() {
+ private:
+  int RunSteps() {
     if (const absl::Status status = CheckOutputs(flags_.outputs); !status.ok()) {
       return Fail(status, absl::IsInvalidArgument(status) ? kExitUsage : kExitOutput);
     }
@@ -64,7 +75,6 @@ class MeshRun {
     return Finish(&*connection, *job, input->note);
   }
 
- private:
   absl::StatusOr<v1::Job> SubmitAndWatch(Connection* connection, const EncodedInput& input) {
     SubmitOptions submit;
     submit.priority = flags_.parameters.priority;
@@ -76,7 +86,10 @@ class MeshRun {
     if (!submitted.ok()) return submitted;
     if (connection->local_server == nullptr) display_.Say(submitted->name());
     WatchOptions watch;
-    watch.on_frame = [this](const v1::WatchJobResponse& frame) { display_.OnFrame(frame); };
+    watch.on_frame = [this](const v1::WatchJobResponse& frame) {
+      convergence_.OnFrame(frame);
+      display_.OnFrame(frame);
+    };
     watch.on_reconnect = [this](const absl::Status& status) { display_.OnReconnect(status); };
     const absl::StatusOr<v1::Job> watched = connection->client->Watch(submitted->name(), watch);
     if (interrupt_.requested()) {
@@ -89,6 +102,7 @@ class MeshRun {
 
   int Finish(Connection* connection, const v1::Job& job, const InputNote& note) {
     const double seconds = absl::ToDoubleSeconds(absl::Now() - begin_);
+    outcome_ = JsonOf(job, note, seconds);
     if (job.state() != v1::Job::SUCCEEDED) {
       const absl::Status written = WriteJson(flags_.outputs, job, note, seconds);
       if (!written.ok()) Fail(written);
@@ -99,7 +113,9 @@ class MeshRun {
         [this](int64_t done, int64_t total) { display_.OnTransfer("downloading", done, total); });
     display_.Clear();
     if (!mesh.ok()) return Fail(mesh.status());
-    const int code = WriteOutputs(flags_.outputs, job, *std::move(mesh));
+    const std::vector<MeshFact> course = convergence_.Facts();
+    const int code = WriteOutputs(flags_.outputs, job, *std::move(mesh),
+                                  {display_.style() != ProgressDisplay::Style::kEvents, course});
     if (code != kExitSuccess) return code;
     const absl::Status written =
         WriteJson(flags_.outputs, job, note, absl::ToDoubleSeconds(absl::Now() - begin_));
@@ -112,6 +128,8 @@ class MeshRun {
   Interrupt interrupt_;
   SignalWatcher signals_{&interrupt_};
   ProgressDisplay display_;
+  ConvergenceRecord convergence_;
+  std::string outcome_;
 };
 
 }  // namespace
@@ -124,11 +142,16 @@ void AddMeshCommand(CLI::App* app, int* exit_code) {
   AddOutputFlags(command, &flags->outputs);
   AddParameterFlags(command, &flags->parameters);
   AddServerFlags(command, LocalServers::kAllowed, &flags->server);
+  command
+      ->add_option("--progress", flags->progress,
+                   "live, plain, events (JSON lines on stdout) or none; auto = live on a terminal")
+      ->check(CLI::IsMember({"auto", "live", "plain", "events", "none"}))
+      ->capture_default_str();
   command->add_flag("-q,--quiet", flags->quiet, "No progress");
   command->footer(
       "Examples:\n"
       "  amhex mesh part.stl -o part.vtu\n"
-      "  amhex mesh scan.drc --cells 10000 -o scan.vtu --picture scan.png --json scan.json\n"
+      "  amhex mesh scan.drc --cells 10000 -o scan.vtu --report scan.html --json scan.json\n"
       "  amhex mesh part.obj --edge-length 2.5 --server mesher:50051 -o part.mesh");
   command->callback([flags, command, exit_code] {
     *exit_code = MeshRun(*flags, ParamsFrom(*command, flags->parameters)).Run();

@@ -23,6 +23,8 @@ int Main(int argc, char** argv) {
   AddConvertCommand(&app, &exit_code);
   AddReportCommand(&app, &exit_code);
   AddPictureCommand(&app, &exit_code);
+  AddBenchCommand(&app, &exit_code);
+  AddCompletionCommand(&app, &exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

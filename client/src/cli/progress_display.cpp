@@ -10,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "cli/json.h"
+#include "cli/progress_events.h"
 
 namespace amhex::client {
 namespace {
@@ -80,6 +81,14 @@ ProgressDisplay::Style ProgressDisplay::StyleOfStderr() {
   return isatty(STDERR_FILENO) != 0 ? Style::kLive : Style::kPlain;
 }
 
+ProgressDisplay::Style ProgressDisplay::StyleOfWord(const std::string& word) {
+  if (word == "live") return Style::kLive;
+  if (word == "plain") return Style::kPlain;
+  if (word == "events") return Style::kEvents;
+  if (word == "none") return Style::kSilent;
+  return StyleOfStderr();
+}
+
 void ProgressDisplay::Clear() {
   if (!live_line_shown_) return;
   std::fputs("\r\x1b[2K", stderr);
@@ -89,6 +98,7 @@ void ProgressDisplay::Clear() {
 
 void ProgressDisplay::Say(const std::string& line) {
   if (style_ == Style::kSilent) return;
+  if (style_ == Style::kEvents) return PrintEvent(MessageEvent(line));
   Clear();
   std::fprintf(stderr, "%s\n", line.c_str());
 }
@@ -104,12 +114,18 @@ void ProgressDisplay::Live(const std::string& line) {
 
 void ProgressDisplay::OnTransfer(const char* what, int64_t done, int64_t total) {
   constexpr double kMegabyte = 1e6;
+  if (style_ == Style::kEvents) return PrintEvent(TransferEvent(what, done, total));
   Live(absl::StrFormat("%s %.1f of %.1f MB", what, static_cast<double>(done) / kMegabyte,
                        static_cast<double>(total) / kMegabyte));
 }
 
 void ProgressDisplay::OnFrame(const v1::WatchJobResponse& frame) {
   if (style_ == Style::kSilent) return;
+  if (style_ == Style::kEvents) {
+    if (connection_lost_) PrintEvent(ConnectionEvent(absl::OkStatus()));
+    connection_lost_ = false;
+    return PrintEvent(FrameEvent(frame));
+  }
   if (connection_lost_) Say("connected again");
   connection_lost_ = false;
   if (frame.has_job()) OnJob(frame.job());
@@ -118,7 +134,9 @@ void ProgressDisplay::OnFrame(const v1::WatchJobResponse& frame) {
 }
 
 void ProgressDisplay::OnReconnect(const absl::Status& status) {
-  if (!connection_lost_) {
+  if (!connection_lost_ && style_ == Style::kEvents) {
+    PrintEvent(ConnectionEvent(status));
+  } else if (!connection_lost_) {
     Say(absl::StrCat("the connection broke, trying again: ", std::string(status.message())));
   }
   connection_lost_ = true;

@@ -14,10 +14,15 @@ namespace amhex::client {
 
 class ProgressDisplay {
  public:
-  enum class Style { kSilent, kPlain, kLive };
+  // kEvents: JSON lines on stdout (progress_events.h).
+  enum class Style { kSilent, kPlain, kLive, kEvents };
 
   // Live on a terminal, else plain.
   static Style StyleOfStderr();
+
+  // "auto", "live", "plain", "events" or "none".
+  static Style StyleOfWord(const std::string& word);
+  Style style() const { return style_; }
 
   explicit ProgressDisplay(Style style) : style_(style), begin_(absl::Now()) {}
   ~ProgressDisplay() { Clear(); }

@@ -114,4 +114,23 @@ std::vector<MeshFact> FactsOfJob(const v1::Job& job) {
   return facts;
 }
 
+void ConvergenceRecord::OnFrame(const v1::WatchJobResponse& frame) {
+  const v1::Progress& progress = frame.progress();
+  if (!frame.has_progress() || progress.stage() != v1::STAGE_RELAX || progress.iteration() == 0) {
+    return;
+  }
+  // A new attempt begins anew.
+  if (!iterations_.empty() && progress.iteration() < iterations_.back()) {
+    iterations_.clear(), movements_.clear();
+  }
+  if (!iterations_.empty() && progress.iteration() == iterations_.back()) return;
+  iterations_.push_back(progress.iteration());
+  movements_.push_back(progress.mean_movement());
+}
+
+std::vector<MeshFact> ConvergenceRecord::Facts() const {
+  if (iterations_.empty()) return {};
+  return {{"convergence.iteration", iterations_}, {"convergence.movement", movements_}};
+}
+
 }  // namespace amhex::client

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "amhex/v1/job.pb.h"
+#include "amhex/v1/meshing_service.pb.h"
 #include "formats/mesh_file.h"
 
 namespace amhex::client {
@@ -25,5 +26,16 @@ std::string JsonOf(const amhex::v1::Job& job, const InputNote& input, double sec
 
 // Field data for .vtu files: statistics.*, parameters.*, timings.<stage> in seconds, and texts.
 std::vector<MeshFact> FactsOfJob(const amhex::v1::Job& job);
+
+// How the relaxation went, as far as its frames were seen.
+class ConvergenceRecord {
+ public:
+  void OnFrame(const amhex::v1::WatchJobResponse& frame);
+  // "convergence.iteration" and "convergence.movement", lists of equal length; none if empty.
+  std::vector<MeshFact> Facts() const;
+
+ private:
+  std::vector<double> iterations_, movements_;
+};
 
 }  // namespace amhex::client

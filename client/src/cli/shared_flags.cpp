@@ -4,14 +4,17 @@
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "cells/solver_ready.h"
 #include "cli/exit_codes.h"
 #include "formats/hull_writer.h"
 #include "formats/mesh_file.h"
+#include "page/report_page.h"
 
 namespace amhex::client {
 namespace {
@@ -138,6 +141,8 @@ void AddOutputFlags(CLI::App* command, OutputFlags* flags) {
       ->required();
   command->add_flag("--solver-ready", flags->solver_ready, kSolverReadyHelp);
   command->add_option("--json", flags->json, "File for statistics, timings, parameters, warnings");
+  command->add_option("--report", flags->report,
+                      "HTML file for a page that shows the mesh and its figures in a browser");
   command->add_option("--picture", flags->picture, "PNG file for a picture of the mesh, cut open");
   command->add_option("--cut", flags->cut, "Where to cut it: x, y or z, or as in y:0.3; none");
   command->add_option("--size", flags->size, "The picture's size in pixels, as in 1200x900");
@@ -148,7 +153,7 @@ absl::Status CheckOutputs(const OutputFlags& flags) {
     return absl::InvalidArgumentError(absl::StrCat(
         flags.output, ": unknown extension; meshes are written to ", kMeshOutputExtensions));
   }
-  for (const std::string& path : {flags.output, flags.json, flags.picture}) {
+  for (const std::string& path : {flags.output, flags.json, flags.report, flags.picture}) {
     if (path.empty()) continue;
     if (const absl::Status status = CheckFolderOf(path); !status.ok()) return status;
   }
@@ -179,21 +184,42 @@ absl::Status DivideForSolvers(MeshDocument* document) {
   document->mesh = *std::move(divided);
   const std::vector<float>& quality = document->mesh.quality;
   const double least = *std::min_element(quality.begin(), quality.end());
+  document->facts.push_back({"solver_ready.cell_count_before", static_cast<double>(cells_before)});
   document->facts.push_back(
       {"solver_ready.cell_count", static_cast<double>(document->mesh.corners.size())});
   document->facts.push_back({"solver_ready.min_scaled_jacobian", least});
-  std::printf("solver-ready: %zu cells became %zu, least scaled Jacobian %.3f\n", cells_before,
-              document->mesh.corners.size(), least);
   return absl::OkStatus();
 }
 
-int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh mesh) {
+std::string DescribeDivision(const MeshDocument& document) {
+  std::map<std::string, double> numbers;
+  for (const MeshFact& fact : document.facts) {
+    if (const auto* number = std::get_if<double>(&fact.value)) numbers[fact.name] = *number;
+  }
+  return absl::StrFormat("solver-ready: %.0f cells became %.0f, least scaled Jacobian %.3f",
+                         numbers["solver_ready.cell_count_before"],
+                         numbers["solver_ready.cell_count"],
+                         numbers["solver_ready.min_scaled_jacobian"]);
+}
+
+int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh mesh,
+                 const OutputExtras& extras) {
   MeshDocument document{std::move(mesh), FactsOfJob(job)};
+  document.facts.insert(document.facts.end(), extras.facts.begin(), extras.facts.end());
   absl::Status status;
   if (flags.solver_ready) status = DivideForSolvers(&document);
   if (status.ok()) status = WriteMeshFile(document, flags.output);
   if (!status.ok()) return Fail(status, kExitOutput);
-  std::printf("%s: %s", flags.output.c_str(), SummaryOf(job).c_str());
+  if (extras.print_summary) {
+    std::printf("%s: %s", flags.output.c_str(), SummaryOf(job).c_str());
+    if (flags.solver_ready) std::printf("  %s\n", DescribeDivision(document).c_str());
+  }
+  if (!flags.report.empty()) {
+    const absl::StatusOr<std::string> page =
+        FormatReportPage(document, std::filesystem::path(flags.output).filename().string());
+    status = page.ok() ? WriteWholeFile(flags.report, *page) : page.status();
+    if (!status.ok()) return Fail(status, kExitOutput);
+  }
   if (flags.picture.empty()) return kExitSuccess;
   const auto options = PictureOptionsFrom(flags.cut, flags.size, document.mesh);
   if (!options.ok()) return Fail(options.status(), kExitUsage);

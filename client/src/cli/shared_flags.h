@@ -34,21 +34,27 @@ void AddParameterFlags(CLI::App* command, ParameterFlags* flags);
 // Only what was given on the command line is set; the rest is the server's default.
 amhex::v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags);
 
-// -o, --solver-ready, --json, --picture, --cut, --size.
+// -o, --solver-ready, --json, --report, --picture, --cut, --size.
 struct OutputFlags {
-  std::string output, json, picture, cut, size;
+  std::string output, json, report, picture, cut, size;
   bool solver_ready = false;
 };
 void AddOutputFlags(CLI::App* command, OutputFlags* flags);
 // Refuses early what could not be written later: unknown extensions, missing folders.
 absl::Status CheckOutputs(const OutputFlags& flags);
 // Replaces the mesh by one of hexahedra, prisms, pyramids and tetrahedra, adds the facts
-// solver_ready.*, and says on stdout what became of it.
+// solver_ready.*, which DescribeDivision puts into words.
 absl::Status DivideForSolvers(MeshDocument* document);
+std::string DescribeDivision(const MeshDocument& document);
 inline constexpr const char* kSolverReadyHelp =
     "Divide hexprisms and slices, so that hexahedra, prisms, pyramids and tetrahedra remain";
-// Writes mesh, picture and prints the summary.
-int WriteOutputs(const OutputFlags& flags, const amhex::v1::Job& job, AtMostHexaMesh mesh);
+struct OutputExtras {
+  bool print_summary = true;
+  std::vector<MeshFact> facts;  // beside those of the job
+};
+// Writes mesh, report and picture and prints the summary.
+int WriteOutputs(const OutputFlags& flags, const amhex::v1::Job& job, AtMostHexaMesh mesh,
+                 const OutputExtras& extras = {});
 // Writes the JSON file if one is wanted.
 absl::Status WriteJson(const OutputFlags& flags, const amhex::v1::Job& job, const InputNote& input,
                        double seconds);
