@@ -47,6 +47,10 @@ struct BackendInfo {
 };
 std::vector<BackendInfo> ListBackends();
 
+// Whether a run of this process ended in a fault after which CUDA refuses every further call, such
+// as a bad access on the device. Only a new process can use the device again.
+bool IsDeviceLost();
+
 // "amhex 0.1.0 (<git description>)"; part of result-cache keys.
 std::string EngineVersion();
 

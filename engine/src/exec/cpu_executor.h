@@ -86,26 +86,51 @@ class CpuExecutor {
         std::plus<int64_t>());
   }
 
-  int64_t ExclusiveScan(HostBuffer<int32_t>& values, int64_t count) {
-    int64_t total = 0;
-    for (int64_t index = 0; index < count; ++index) {
-      const int32_t value = values.View()[index];
-      values.View()[index] = static_cast<int32_t>(total);
-      total += value;
-    }
-    return total;
+  template <class Body>
+  void ForEachOf(const char* description, int64_t /*count*/, ArrayView<const int64_t> actual_count,
+                 const Body& body) {
+    ForEach(description, actual_count[0], body);
   }
 
-  void SortByKey(HostBuffer<uint32_t>& keys, HostBuffer<int32_t>& values, int64_t count) {
-    std::vector<uint64_t> pairs(static_cast<size_t>(count));
+  template <class Body>
+  void ReduceInto(const char* description, int64_t count, const Body& body,
+                  ArrayView<int64_t> total) {
+    total[0] = Reduce(description, count, body);
+  }
+
+  void ExclusiveScan(HostBuffer<int32_t>& values, int64_t count) {
+    int32_t sum = 0;
     for (int64_t index = 0; index < count; ++index) {
-      pairs[static_cast<size_t>(index)] = (static_cast<uint64_t>(keys.View()[index]) << 32) |
-                                          static_cast<uint32_t>(values.View()[index]);
+      const int32_t value = values.View()[index];
+      values.View()[index] = sum;
+      sum += value;
     }
-    tbb::parallel_sort(pairs);
-    for (int64_t index = 0; index < count; ++index) {
-      keys.View()[index] = static_cast<uint32_t>(pairs[static_cast<size_t>(index)] >> 32);
-      values.View()[index] = static_cast<int32_t>(pairs[static_cast<size_t>(index)]);
+  }
+
+  void SortByKey(const KeyedIds<CpuExecutor>& pairs, int64_t count, uint32_t /*largest_key*/,
+                 KeyedIds<CpuExecutor>& sorted) {
+    packed_.resize(static_cast<size_t>(count));
+    const ArrayView<const uint32_t> key = pairs.key.View();
+    const ArrayView<const int32_t> id = pairs.id.View();
+    ForEach("pack pairs", count, [&](int64_t i) {
+      packed_[static_cast<size_t>(i)] =
+          (static_cast<uint64_t>(key[i]) << 32) | static_cast<uint32_t>(i);
+    });
+    if (Stopped()) return;
+    tbb::parallel_sort(packed_);
+    ForEach("unpack pairs", count, [&](int64_t i) {
+      const uint64_t pair = packed_[static_cast<size_t>(i)];
+      sorted.key.View()[i] = static_cast<uint32_t>(pair >> 32);
+      sorted.id.View()[i] = id[static_cast<uint32_t>(pair)];
+    });
+  }
+
+  template <class Step, class Observer>
+  void Repeat(int32_t count, const HostBuffer<int64_t>& state, const Step& step,
+              const Observer& observer) {
+    for (int32_t i = 0; i < count && !Stopped(); ++i) {
+      step();
+      if (!Stopped()) observer(state.View().data);
     }
   }
 
@@ -124,6 +149,7 @@ class CpuExecutor {
     return Stopped();
   }
 
+  std::vector<uint64_t> packed_;  // of the sort, kept from call to call
   std::function<bool()> should_stop_;
   std::atomic<bool> stopped_{false};
 };

@@ -5,109 +5,41 @@
 #include <thrust/iterator/counting_iterator.h>
 #include <thrust/iterator/transform_iterator.h>
 
+#include <array>
+#include <bit>
+#include <chrono>
 #include <cstdint>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_reduce.cuh>
 #include <cub/device/device_scan.cuh>
 #include <functional>
-#include <string>
+#include <thread>
 #include <utility>
 
-#include "exec/cuda_error.h"
+#include "base/platform.h"
+#include "exec/cuda_memory.cuh"
 #include "exec/executor.h"
 
 namespace amhex {
 
-// Throws CudaError naming the step; the error is cleared, so that a failed allocation leaves the
-// device usable.
-inline void CheckCuda(cudaError_t code, const char* description) {
-  if (code == cudaSuccess) return;
-  cudaGetLastError();
-  throw CudaError(std::string(description) + ": " + cudaGetErrorString(code),
-                  code == cudaErrorMemoryAllocation);
+// Set from the host while kernels run; read past the caches so that every block sees it.
+__device__ inline bool IsStopSet(const int32_t* stop_flag) {
+  return *static_cast<const volatile int32_t*>(stop_flag) != 0;
 }
-
-// A stream that ends with its owner.
-class CudaStream {
- public:
-  CudaStream() {
-    CheckCuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
-  }
-  ~CudaStream() { cudaStreamDestroy(stream_); }
-  CudaStream(const CudaStream&) = delete;
-  CudaStream& operator=(const CudaStream&) = delete;
-  cudaStream_t get() const { return stream_; }
-
- private:
-  cudaStream_t stream_ = nullptr;
-};
-
-// An array in device memory, allocated and freed in stream order. Elements start undefined.
-template <class T>
-class DeviceBuffer {
- public:
-  DeviceBuffer() = default;
-  DeviceBuffer(int64_t size, cudaStream_t stream) : size_(size), stream_(stream) {
-    if (size == 0) return;
-    const size_t bytes = static_cast<size_t>(size) * sizeof(T);
-    const cudaError_t code = cudaMallocAsync(reinterpret_cast<void**>(&data_), bytes, stream);
-    if (code != cudaSuccess) {
-      data_ = nullptr;
-      const std::string text = "allocate " + std::to_string(bytes) + " bytes of device memory";
-      CheckCuda(code, text.c_str());
-    }
-  }
-  ~DeviceBuffer() { Free(); }
-  DeviceBuffer(DeviceBuffer&& other) noexcept { Swap(other); }
-  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
-    Swap(other);
-    return *this;
-  }
-
-  ArrayView<T> View() { return {data_, size_}; }
-  ArrayView<const T> View() const { return {data_, size_}; }
-  int64_t size() const { return size_; }
-
- private:
-  void Swap(DeviceBuffer& other) {
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    std::swap(stream_, other.stream_);
-  }
-  void Free() {
-    if (data_ != nullptr) cudaFreeAsync(data_, stream_);
-  }
-
-  T* data_ = nullptr;
-  int64_t size_ = 0;
-  cudaStream_t stream_ = nullptr;
-};
 
 // One thread per element.
 template <class Body>
-__global__ void ForEachKernel(int64_t count, Body body) {
+__global__ void ForEachKernel(int64_t count, Body body, const int32_t* stop_flag) {
   const int64_t index = static_cast<int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (index < count) body(index);
+  if (index < count && !IsStopSet(stop_flag)) body(index);
 }
 
-struct PackPairBody {
-  ArrayView<const uint32_t> key;
-  ArrayView<const int32_t> value;
-  ArrayView<uint64_t> pair;
-  AMHEX_HD void operator()(int64_t i) const {
-    pair[i] = (static_cast<uint64_t>(key[i]) << 32) | static_cast<uint32_t>(value[i]);
-  }
-};
-
-struct UnpackPairBody {
-  ArrayView<const uint64_t> pair;
-  ArrayView<uint32_t> key;
-  ArrayView<int32_t> value;
-  AMHEX_HD void operator()(int64_t i) const {
-    key[i] = static_cast<uint32_t>(pair[i] >> 32);
-    value[i] = static_cast<int32_t>(pair[i]);
-  }
-};
+template <class Body>
+__global__ void ForEachOfKernel(ArrayView<const int64_t> count, Body body,
+                                const int32_t* stop_flag) {
+  const int64_t index = static_cast<int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (index < count[0] && !IsStopSet(stop_flag)) body(index);
+}
 
 // One per run; used from one host thread. Every operation throws CudaError when it fails.
 class CudaExecutor {
@@ -116,7 +48,12 @@ class CudaExecutor {
   using BufferOf = DeviceBuffer<T>;
 
   explicit CudaExecutor(std::function<bool()> should_stop = {})
-      : should_stop_(std::move(should_stop)) {}
+      : should_stop_(std::move(should_stop)), stop_flag_(1, stream_.get()) {
+    CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 0, sizeof(int32_t), stream_.get()),
+              "clear the stop flag");
+  }
+  // Memory is freed in stream order: nothing may be under way when the owner's arrays go.
+  ~CudaExecutor() { cudaStreamSynchronize(stream_.get()); }
 
   template <class T>
   DeviceBuffer<T> Alloc(int64_t count) {
@@ -145,93 +82,208 @@ class CudaExecutor {
   template <class Body>
   void ForEach(const char* description, int64_t count, const Body& body) {
     if (count == 0 || PollStop()) return;
-    const int64_t blocks = (count + kThreadsPerBlock - 1) / kThreadsPerBlock;
-    ForEachKernel<<<static_cast<unsigned>(blocks), kThreadsPerBlock, 0, stream_.get()>>>(count,
-                                                                                         body);
+    ForEachKernel<<<BlocksFor(count), kThreadsPerBlock, 0, stream_.get()>>>(count, body,
+                                                                            stop_flag());
+    CheckCuda(cudaGetLastError(), description);
+  }
+
+  template <class Body>
+  void ForEachOf(const char* description, int64_t count, ArrayView<const int64_t> actual_count,
+                 const Body& body) {
+    if (count == 0 || PollStop()) return;
+    ForEachOfKernel<<<BlocksFor(count), kThreadsPerBlock, 0, stream_.get()>>>(actual_count, body,
+                                                                              stop_flag());
     CheckCuda(cudaGetLastError(), description);
   }
 
   template <class Body>
   int64_t Reduce(const char* description, int64_t count, const Body& body) {
+    DeviceBuffer<int64_t> total = Alloc<int64_t>(1);
+    ReduceInto(description, count, body, total.View());
+    int64_t host_total = 0;
+    CopyOut(total, 1, &host_total);
+    return host_total;
+  }
+
+  template <class Body>
+  void ReduceInto(const char* description, int64_t count, const Body& body,
+                  ArrayView<int64_t> total) {
     const auto values =
         thrust::make_transform_iterator(thrust::counting_iterator<int64_t>(0), body);
-    return Sum(description, values, count);
+    WithScratch(description, [&](void* scratch, size_t& bytes) {
+      return cub::DeviceReduce::Reduce(scratch, bytes, values, total.data, count,
+                                       ::cuda::std::plus<>{}, int64_t{0}, stream_.get());
+    });
   }
 
-  int64_t ExclusiveScan(DeviceBuffer<int32_t>& values, int64_t count) {
-    if (count == 0) return 0;
-    int32_t* data = values.View().data;
-    const int64_t total = Sum("sum before a scan", data, count);
-    size_t bytes = 0;
-    CheckCuda(cub::DeviceScan::ExclusiveSum(nullptr, bytes, data, data, count, stream_.get()),
-              "size a scan");
-    DeviceBuffer<uint8_t> scratch = Alloc<uint8_t>(static_cast<int64_t>(bytes));
-    CheckCuda(
-        cub::DeviceScan::ExclusiveSum(scratch.View().data, bytes, data, data, count, stream_.get()),
-        "scan");
-    return total;
-  }
-
-  void SortByKey(DeviceBuffer<uint32_t>& keys, DeviceBuffer<int32_t>& values, int64_t count) {
+  void ExclusiveScan(DeviceBuffer<int32_t>& values, int64_t count) {
     if (count == 0) return;
-    DeviceBuffer<uint64_t> pairs = Alloc<uint64_t>(count);
-    DeviceBuffer<uint64_t> sorted = Alloc<uint64_t>(count);
-    ForEach("pack pairs", count,
-            PackPairBody{ReadOnly(keys.View()), ReadOnly(values.View()), pairs.View()});
-    size_t bytes = 0;
-    const uint64_t* in = pairs.View().data;
-    uint64_t* out = sorted.View().data;
-    CheckCuda(cub::DeviceRadixSort::SortKeys(nullptr, bytes, in, out, count, 0, 64, stream_.get()),
-              "size a sort");
-    DeviceBuffer<uint8_t> scratch = Alloc<uint8_t>(static_cast<int64_t>(bytes));
-    CheckCuda(cub::DeviceRadixSort::SortKeys(scratch.View().data, bytes, in, out, count, 0, 64,
-                                             stream_.get()),
-              "sort");
-    ForEach("unpack pairs", count,
-            UnpackPairBody{ReadOnly(sorted.View()), keys.View(), values.View()});
+    int32_t* data = values.View().data;
+    WithScratch("scan", [&](void* scratch, size_t& bytes) {
+      return cub::DeviceScan::ExclusiveSum(scratch, bytes, data, data, count, stream_.get());
+    });
   }
 
-  void Synchronize() { CheckCuda(cudaStreamSynchronize(stream_.get()), "run on the device"); }
+  void SortByKey(const KeyedIds<CudaExecutor>& pairs, int64_t count, uint32_t largest_key,
+                 KeyedIds<CudaExecutor>& sorted) {
+    if (count == 0) return;
+    const int bits = Larger(1, static_cast<int>(std::bit_width(largest_key)));
+    WithScratch("sort", [&](void* scratch, size_t& bytes) {
+      return cub::DeviceRadixSort::SortPairs(scratch, bytes, pairs.key.View().data,
+                                             sorted.key.View().data, pairs.id.View().data,
+                                             sorted.id.View().data, count, 0, bits, stream_.get());
+    });
+  }
+
+  // The first two or three repetitions run as they are called, and so size all scratch memory; the
+  // rest are replays of a graph of two (two, because steps may exchange double buffers). The host
+  // is never more than two batches ahead and waits for nothing else.
+  template <class Step, class Observer>
+  void Repeat(int32_t count, const DeviceBuffer<int64_t>& state, const Step& step,
+              const Observer& observer) {
+    const int32_t called = count < 2 * kStepsPerGraph ? count : kStepsPerGraph + count % 2;
+    Pipeline pipeline(*this, state);
+    for (int32_t i = 0; i < called && !Stopped(); ++i) {
+      pipeline.Enqueue(1, observer, [&] { pipeline.TakeStep(0, step); });
+    }
+    CudaGraph graph;
+    for (int32_t i = called; i < count && !Stopped(); i += kStepsPerGraph) {
+      if (i == called) {
+        graph.Capture(stream_.get(), [&] {
+          for (int s = 0; s < kStepsPerGraph; ++s) pipeline.TakeStep(s, step);
+        });
+      }
+      pipeline.Enqueue(kStepsPerGraph, observer, [&] { graph.Launch(stream_.get()); });
+    }
+    pipeline.Finish(observer);
+  }
+
+  // Waits for everything so far, asking all the while whether to stop.
+  void Synchronize() {
+    CheckCuda(cudaEventRecord(synchronized_.get(), stream_.get()), "record an event");
+    WaitFor(synchronized_);
+  }
   bool Stopped() const { return is_stopped_; }
   cudaStream_t stream() const { return stream_.get(); }
+  const int32_t* stop_flag() const { return stop_flag_.View().data; }
 
   // For kernels written by hand beside ForEach: false once the run should stop.
   bool MayLaunch() { return !PollStop(); }
 
  private:
   static constexpr int kThreadsPerBlock = 128;
+  static constexpr int32_t kStepsPerGraph = 2;
+  // Some 1 % of the shortest batch of iterations that is worth a device.
+  static constexpr std::chrono::microseconds kWaitInterval{50};
+
+  // Batches of steps under way, at most two, and the states after each of their steps.
+  class Pipeline {
+   public:
+    Pipeline(CudaExecutor& executor, const DeviceBuffer<int64_t>& state)
+        : executor_(executor),
+          state_(state),
+          history_(executor.Alloc<int64_t>(state.size() * kStepsPerGraph)),
+          host_{PinnedBuffer<int64_t>(state.size() * kStepsPerGraph),
+                PinnedBuffer<int64_t>(state.size() * kStepsPerGraph)} {}
+    // The device writes to the pinned memory until it is done.
+    ~Pipeline() { cudaStreamSynchronize(executor_.stream()); }
+
+    template <class Step>
+    void TakeStep(int place, const Step& step) {
+      step();
+      CheckCuda(cudaMemcpyAsync(history_.View().data + place * state_.size(), state_.View().data,
+                                Bytes<int64_t>(state_.size()), cudaMemcpyDeviceToDevice,
+                                executor_.stream()),
+                "keep the state");
+    }
+
+    template <class Observer, class Launch>
+    void Enqueue(int steps, const Observer& observer, const Launch& launch) {
+      const int slot = next_++ % 2;
+      Collect(slot, observer);
+      if (executor_.Stopped()) return;
+      launch();
+      CheckCuda(
+          cudaMemcpyAsync(host_[slot].data(), history_.View().data, Bytes<int64_t>(history_.size()),
+                          cudaMemcpyDeviceToHost, executor_.stream()),
+          "copy the states from the device");
+      CheckCuda(cudaEventRecord(done_[slot].get(), executor_.stream()), "record an event");
+      steps_[slot] = steps;
+    }
+
+    template <class Observer>
+    void Finish(const Observer& observer) {
+      for (int i = 0; i < 2; ++i) Collect(next_++ % 2, observer);
+    }
+
+   private:
+    // Waits for the slot's batch and tells of its steps.
+    template <class Observer>
+    void Collect(int slot, const Observer& observer) {
+      const int steps = std::exchange(steps_[slot], 0);
+      if (steps == 0) return;
+      executor_.WaitFor(done_[slot]);
+      for (int s = 0; s < steps && !executor_.Stopped(); ++s) {
+        observer(host_[slot].data() + s * state_.size());
+      }
+    }
+
+    CudaExecutor& executor_;
+    const DeviceBuffer<int64_t>& state_;
+    DeviceBuffer<int64_t> history_;
+    std::array<PinnedBuffer<int64_t>, 2> host_;
+    std::array<CudaEvent, 2> done_;
+    std::array<int, 2> steps_{};
+    int next_ = 0;
+  };
 
   template <class T>
   static size_t Bytes(int64_t count) {
     return static_cast<size_t>(count) * sizeof(T);
   }
 
-  template <class Iterator>
-  int64_t Sum(const char* description, Iterator values, int64_t count) {
-    if (count == 0) return 0;
-    DeviceBuffer<int64_t> result = Alloc<int64_t>(1);
-    const auto sum = [&](void* scratch, size_t& bytes) {
-      CheckCuda(cub::DeviceReduce::Reduce(scratch, bytes, values, result.View().data, count,
-                                          ::cuda::std::plus<>{}, int64_t{0}, stream_.get()),
-                description);
-    };
-    size_t bytes = 0;
-    sum(nullptr, bytes);
-    DeviceBuffer<uint8_t> scratch = Alloc<uint8_t>(static_cast<int64_t>(bytes));
-    sum(scratch.View().data, bytes);
-    int64_t host_result = 0;
-    CopyOut(result, 1, &host_result);
-    return host_result;
+  static unsigned BlocksFor(int64_t count) {
+    return static_cast<unsigned>((count + kThreadsPerBlock - 1) / kThreadsPerBlock);
   }
 
+  // Calls a CUB operation twice: for the size of its scratch memory, and to run it.
+  template <class Operation>
+  void WithScratch(const char* description, const Operation& operation) {
+    size_t bytes = 0;
+    CheckCuda(operation(nullptr, bytes), description);
+    if (scratch_.size() < static_cast<int64_t>(bytes)) {
+      scratch_ = {};
+      scratch_ = Alloc<uint8_t>(static_cast<int64_t>(bytes));
+    }
+    CheckCuda(operation(scratch_.View().data, bytes), description);
+  }
+
+  void WaitFor(const CudaEvent& event) {
+    while (true) {
+      const cudaError_t code = cudaEventQuery(event.get());
+      if (code == cudaSuccess) return;
+      if (code != cudaErrorNotReady) CheckCuda(code, "run on the device");
+      PollStop();
+      std::this_thread::sleep_for(kWaitInterval);
+    }
+  }
+
+  // Once the run should stop, kernels that are queued already leave at once.
   bool PollStop() {
-    if (!is_stopped_ && should_stop_) is_stopped_ = should_stop_();
-    return is_stopped_;
+    if (is_stopped_ || !should_stop_ || !should_stop_()) return is_stopped_;
+    is_stopped_ = true;
+    CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 1, sizeof(int32_t), stop_stream_.get()),
+              "set the stop flag");
+    return true;
   }
 
   std::function<bool()> should_stop_;
   bool is_stopped_ = false;
   CudaStream stream_;
+  CudaStream stop_stream_;  // overtakes what waits on the other
+  CudaEvent synchronized_;
+  DeviceBuffer<int32_t> stop_flag_;
+  DeviceBuffer<uint8_t> scratch_;
 };
 
 static_assert(Executor<CudaExecutor>);

@@ -17,7 +17,7 @@ struct BinGrid {
   int32_t count_y = 0;
   int32_t count_z = 0;
   ArrayView<const int32_t> starts;  // [bin_count + 1]
-  ArrayView<const int32_t> ids;     // [point_count]
+  ArrayView<const int32_t> ids;     // [point_count or more]
 
   AMHEX_HD int64_t bin_count() const { return static_cast<int64_t>(count_x) * count_y * count_z; }
   AMHEX_HD int32_t CoordinateOf(float position, int32_t count) const {
@@ -73,11 +73,13 @@ AMHEX_HD void VisitNear(const BinGrid& grid, const Vec3f& centre, float radius,
 struct BinKeyBody {
   BinGrid grid;
   ArrayView<const Vec3f> position;
+  ArrayView<const int64_t> point_count;  // [1]; points from there on belong to no bin. May be empty
   ArrayView<uint32_t> key;
   ArrayView<int32_t> id;
 
   AMHEX_HD void operator()(int64_t index) const {
-    key[index] = static_cast<uint32_t>(grid.BinOf(position[index]));
+    const bool is_point = point_count.empty() || index < point_count[0];
+    key[index] = static_cast<uint32_t>(is_point ? grid.BinOf(position[index]) : grid.bin_count());
     id[index] = static_cast<int32_t>(index);
   }
 };

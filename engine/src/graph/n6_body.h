@@ -63,9 +63,11 @@ struct CountClaimsBody {
   ArrayView<const int32_t> axis_neighbours;
   ArrayView<int32_t> claim_count;  // [volume_site_count], zero before
 
-  AMHEX_HD void operator()(int64_t slot) const {
-    const int32_t other = axis_neighbours[slot];
-    if (other != kNoNode) AtomicAdd(&claim_count[other], 1);
+  AMHEX_HD void operator()(int64_t site) const {
+    for (int direction = 0; direction < kAxisDirectionCount; ++direction) {
+      const int32_t other = axis_neighbours[site * kAxisDirectionCount + direction];
+      if (other != kNoNode) AtomicAdd(&claim_count[other], 1);
+    }
   }
 };
 

@@ -25,17 +25,26 @@ class PointBins {
 
   // Sorts the first `count` points into the bins. O(n log n).
   const BinGrid& Build(ArrayView<const Vec3f> position, int64_t count) {
-    if (ids_.size() != count) {
-      keys_ = executor_.template Alloc<uint32_t>(count);
-      ids_ = executor_.template Alloc<int32_t>(count);
+    return Build(position, count, {});
+  }
+
+  // Sorts as many points as `actual_count`, at most `count`, says when its turn comes.
+  const BinGrid& Build(ArrayView<const Vec3f> position, int64_t count,
+                       ArrayView<const int64_t> actual_count) {
+    if (sorted_.id.size() != count) {
+      for (KeyedIds<E>* pairs : {&unsorted_, &sorted_}) {
+        pairs->key = executor_.template Alloc<uint32_t>(count);
+        pairs->id = executor_.template Alloc<int32_t>(count);
+      }
     }
-    executor_.ForEach("key points by bin", count,
-                      BinKeyBody{grid_, position, keys_.View(), ids_.View()});
-    executor_.SortByKey(keys_, ids_, count);
+    executor_.ForEach(
+        "key points by bin", count,
+        BinKeyBody{grid_, position, actual_count, unsorted_.key.View(), unsorted_.id.View()});
+    executor_.SortByKey(unsorted_, count, static_cast<uint32_t>(grid_.bin_count()), sorted_);
     executor_.ForEach("find bin starts", grid_.bin_count() + 1,
-                      BinStartBody{ReadOnly(keys_.View()), starts_.View()});
+                      BinStartBody{ReadOnly(sorted_.key.View()), starts_.View()});
     grid_.starts = ReadOnly(starts_.View());
-    grid_.ids = ReadOnly(ids_.View());
+    grid_.ids = ReadOnly(sorted_.id.View());
     return grid_;
   }
 
@@ -48,8 +57,8 @@ class PointBins {
 
   E& executor_;
   BinGrid grid_;
-  Buffer<E, uint32_t> keys_;
-  Buffer<E, int32_t> ids_;
+  KeyedIds<E> unsorted_;
+  KeyedIds<E> sorted_;
   Buffer<E, int32_t> starts_;
 };
 

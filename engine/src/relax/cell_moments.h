@@ -55,8 +55,8 @@ AMHEX_HD inline int64_t ShiftedProduct(int64_t count, int64_t base_a, int64_t su
   return count * base_a * base_b + base_a * sum_b + base_b * sum_a + sum_product;
 }
 
-AMHEX_HD inline void AddSecondMoments(uint32_t owned, const LatticePoint& base,
-                                      CellMoments& moments) {
+// The second sums of the owned points of the block that begins at `base`; the first stay zero.
+AMHEX_HD inline CellMoments SecondMomentsOf(uint32_t owned, const LatticePoint& base) {
   const int64_t count = CountBits(owned);
   const int64_t x = SumOfCoordinate(owned, kXLow, kXHigh);
   const int64_t y = SumOfCoordinate(owned, kYLow, kYHigh);
@@ -67,12 +67,25 @@ AMHEX_HD inline void AddSecondMoments(uint32_t owned, const LatticePoint& base,
   const int64_t xy = SumOfProduct(owned, kXLow, kXHigh, kYLow, kYHigh);
   const int64_t yz = SumOfProduct(owned, kYLow, kYHigh, kZLow, kZHigh);
   const int64_t zx = SumOfProduct(owned, kZLow, kZHigh, kXLow, kXHigh);
-  AtomicAdd(&moments.xx, ShiftedProduct(count, base.x, x, base.x, x, xx));
-  AtomicAdd(&moments.yy, ShiftedProduct(count, base.y, y, base.y, y, yy));
-  AtomicAdd(&moments.zz, ShiftedProduct(count, base.z, z, base.z, z, zz));
-  AtomicAdd(&moments.xy, ShiftedProduct(count, base.x, x, base.y, y, xy));
-  AtomicAdd(&moments.yz, ShiftedProduct(count, base.y, y, base.z, z, yz));
-  AtomicAdd(&moments.zx, ShiftedProduct(count, base.z, z, base.x, x, zx));
+  CellMoments m;
+  m.xx = ShiftedProduct(count, base.x, x, base.x, x, xx);
+  m.yy = ShiftedProduct(count, base.y, y, base.y, y, yy);
+  m.zz = ShiftedProduct(count, base.z, z, base.z, z, zz);
+  m.xy = ShiftedProduct(count, base.x, x, base.y, y, xy);
+  m.yz = ShiftedProduct(count, base.y, y, base.z, z, yz);
+  m.zx = ShiftedProduct(count, base.z, z, base.x, x, zx);
+  return m;
+}
+
+AMHEX_HD inline void AddSecondMoments(uint32_t owned, const LatticePoint& base,
+                                      CellMoments& moments) {
+  const CellMoments m = SecondMomentsOf(owned, base);
+  AtomicAdd(&moments.xx, m.xx);
+  AtomicAdd(&moments.yy, m.yy);
+  AtomicAdd(&moments.zz, m.zz);
+  AtomicAdd(&moments.xy, m.xy);
+  AtomicAdd(&moments.yz, m.yz);
+  AtomicAdd(&moments.zx, m.zx);
 }
 
 struct ClearMomentsBody {

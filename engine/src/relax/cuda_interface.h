@@ -13,7 +13,8 @@ enum class CudaResult : int {
   kStopped = 1,
   kNoDevice = 2,
   kOutOfMemory = 3,
-  kFailed = 4
+  kFailed = 4,
+  kDeviceLost = 5  // this process cannot use the device any more
 };
 
 extern "C" {

@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "amhex/mesher.h"
 #include "base/status_macros.h"
 #include "relax/cuda_interface.h"
 
@@ -18,6 +20,7 @@ namespace amhex {
 namespace {
 
 constexpr size_t kTextCapacity = 512;
+std::atomic<bool> is_device_lost{false};
 
 struct CudaLibrary {
   AmhexDescribeCudaFunction* describe = nullptr;
@@ -77,6 +80,8 @@ absl::StatusOr<std::string> DescribeOnce() {
 
 }  // namespace
 
+bool IsDeviceLost() { return is_device_lost; }
+
 absl::StatusOr<std::string> DescribeCuda() {
   static const absl::StatusOr<std::string> description = DescribeOnce();
   return description;
@@ -94,6 +99,10 @@ absl::StatusOr<RelaxationOutcome> RelaxOnCuda(RelaxationTask& task) {
       return absl::FailedPreconditionError(text.data());
     case CudaResult::kOutOfMemory:
       return absl::ResourceExhaustedError(text.data());
+    case CudaResult::kDeviceLost:
+      is_device_lost = true;
+      return absl::InternalError(absl::StrCat(
+          "the CUDA device failed and this process cannot use it any more: ", text.data()));
     case CudaResult::kFailed:
       return absl::InternalError(text.data());
   }

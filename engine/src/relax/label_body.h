@@ -28,8 +28,9 @@ struct LabelTileBody {
   ArrayView<const SiteMetric> metric;  // [site_count] by slot of the bins
   float largest_size = 1.0f;           // of any site along any axis, edge lengths
   bool wants_second_moments = false;
-  ArrayView<CellMoments> moments;  // [site_count], zero before
-  ArrayView<int32_t> labels;       // [item_count][256] owners, or empty when not wanted
+  ArrayView<const int64_t> cluster_count;  // [1]; where it is 0 nobody needs them; may be empty
+  ArrayView<CellMoments> moments;          // [site_count], zero before
+  ArrayView<int32_t> labels;               // [item_count][256] owners, or empty when not wanted
 
   // The cube of a tile's points and the search for their owners.
   struct Search {
@@ -74,6 +75,9 @@ struct LabelTileBody {
     }
   }
 
+  AMHEX_HD bool WantsSecondMoments() const {
+    return wants_second_moments && (cluster_count.empty() || cluster_count[0] > 0);
+  }
   AMHEX_HD Vec3f CentreOf(const LatticePoint& base, double half_width) const {
     return ToFloat(barrier.lattice.PositionOf(base) + Vec3d{half_width, half_width, half_width});
   }
@@ -233,7 +237,7 @@ struct LabelTileBody {
                        int32_t* block_labels) const {
     if (owned == 0) return;
     AddFirstMoments(owned, base, moments[site]);
-    if (wants_second_moments) AddSecondMoments(owned, base, moments[site]);
+    if (WantsSecondMoments()) AddSecondMoments(owned, base, moments[site]);
     if (block_labels == nullptr) return;
     for (int p = 0; p < kBlockPoints; ++p) {
       if (((owned >> p) & 1u) != 0) block_labels[p] = site;

@@ -4,13 +4,22 @@
 #include <cstdint>
 
 #include "relax/label_body.h"
+#include "relax/relaxation_task.h"
 
 namespace amhex {
 
-// One element per tile and side; the CUDA executor has an overload of its own (label_tiles.cuh).
+// One element per tile and side; the CUDA executor has one of its own (label_tiles.cuh).
 template <class E>
-void LabelTiles(E& executor, const LabelTileBody& body, int64_t item_count) {
-  executor.ForEach("label lattice points", item_count, body);
-}
+class TileLabeller {
+ public:
+  TileLabeller(E& executor, const RelaxationTask& /*task*/) : executor_(executor) {}
+
+  void Label(const LabelTileBody& body) {
+    executor_.ForEach("label lattice points", body.items.size, body);
+  }
+
+ private:
+  E& executor_;
+};
 
 }  // namespace amhex

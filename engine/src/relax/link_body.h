@@ -44,10 +44,10 @@ struct LinkBody {
   ArrayView<const int32_t> axis_neighbours;  // [site_count][6] of one side only
   ArrayView<int32_t> links;                  // [site_count][6]
 
-  AMHEX_HD void operator()(int64_t face) const {
-    const auto site = static_cast<int32_t>(face / kAxisDirectionCount);
-    const auto direction = static_cast<int>(face % kAxisDirectionCount);
-    links[face] = LinkOf(site, direction);
+  AMHEX_HD void operator()(int64_t site) const {
+    for (int direction = 0; direction < kAxisDirectionCount; ++direction) {
+      links[site * kAxisDirectionCount + direction] = LinkOf(static_cast<int32_t>(site), direction);
+    }
   }
 
   AMHEX_HD int32_t LinkOf(int32_t site, int direction) const {

@@ -29,7 +29,8 @@ inline constexpr double kMovementUnit = 1.0 / (1 << 24);
 
 struct RegularizeBody {
   BarrierView barrier;
-  double weight = 0;                     // w of eq. 4
+  ArrayView<const double> weight_at;     // [iteration_count] w of eq. 4
+  ArrayView<const int64_t> iteration;    // [1]
   ArrayView<const Vec3d> position;       // [site_count] domain frame, before
   ArrayView<const Quatf> orientation;    // [site_count]
   ArrayView<const Vec3f> size;           // [site_count]
@@ -44,6 +45,7 @@ struct RegularizeBody {
 
   AMHEX_HD void operator()(int64_t site) const {
     const Vec3d start = position[site];
+    const double weight = weight_at[iteration[0]];
     Vec3d centre = CellCentre(site);
     if (weight > 0) {
       centre = centre * (1.0 - weight) + NeighbourCentre(site, centre) * weight;

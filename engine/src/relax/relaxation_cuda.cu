@@ -23,12 +23,19 @@ void Write(const char* message, char* text, size_t capacity) {
 
 // The first device; a process that should use another one sets CUDA_VISIBLE_DEVICES.
 CudaResult Describe(char* text, size_t capacity) {
-  int count = 0;
+  int driver = 0, runtime = 0, count = 0;
+  CheckCuda(cudaDriverGetVersion(&driver), "ask for the driver's version");
+  CheckCuda(cudaRuntimeGetVersion(&runtime), "ask for the runtime's version");
+  if (driver == 0) {
+    Write("no NVIDIA driver is installed", text, capacity);
+    return CudaResult::kNoDevice;
+  }
   const cudaError_t code = cudaGetDeviceCount(&count);
   if (code != cudaSuccess || count == 0) {
     cudaGetLastError();
-    Write(code == cudaSuccess ? "there is no CUDA device" : cudaGetErrorString(code), text,
-          capacity);
+    std::snprintf(text, capacity, "%s (driver for CUDA %d.%d, built with CUDA %d.%d)",
+                  code == cudaSuccess ? "there is no CUDA device" : cudaGetErrorString(code),
+                  driver / 1000, driver % 1000 / 10, runtime / 1000, runtime % 1000 / 10);
     return CudaResult::kNoDevice;
   }
   cudaDeviceProp properties;
@@ -39,6 +46,18 @@ CudaResult Describe(char* text, size_t capacity) {
   return CudaResult::kDone;
 }
 
+CudaResult ResultOf(CudaFault fault) {
+  switch (fault) {
+    case CudaFault::kOutOfMemory:
+      return CudaResult::kOutOfMemory;
+    case CudaFault::kDeviceLost:
+      return CudaResult::kDeviceLost;
+    case CudaFault::kFailed:
+      break;
+  }
+  return CudaResult::kFailed;
+}
+
 // Runs `step` and turns what it throws into a result and a text.
 template <class Step>
 CudaResult Guard(char* text, size_t capacity, const Step& step) {
@@ -46,7 +65,7 @@ CudaResult Guard(char* text, size_t capacity, const Step& step) {
     return step();
   } catch (const CudaError& error) {
     Write(error.what(), text, capacity);
-    return error.is_out_of_memory() ? CudaResult::kOutOfMemory : CudaResult::kFailed;
+    return ResultOf(error.fault());
   } catch (const std::bad_alloc&) {
     Write("not enough host memory beside the device's", text, capacity);
     return CudaResult::kOutOfMemory;

@@ -18,6 +18,7 @@
 #include "relax/link_body.h"
 #include "relax/regularity_weight.h"
 #include "relax/regularize_body.h"
+#include "relax/relaxation_arrays.h"
 #include "relax/relaxation_task.h"
 #include "relax/split_sites.h"
 
@@ -35,8 +36,8 @@ inline float BinSizeFor(const Vec3d& extent) {
 inline constexpr int kFirstAlignments = 30;
 // The last iterations do not split, so that every new cell can settle.
 inline constexpr int32_t kSettlingIterations = 5;
-// Splits may add this share of the sites in all.
-inline constexpr double kLargestGrowth = 0.25;
+
+enum class SecondMoments { kNone, kForClusters };
 
 struct FloatPositionBody {
   ArrayView<const Vec3d> position;
@@ -49,29 +50,24 @@ struct ClearClaimsBody {
   AMHEX_HD void operator()(int64_t i) const { claim_count[i] = 0; }
 };
 
+// Bodies of sums run over all sites that there is room for; those that are not there yet add
+// nothing.
 struct IsClusterBody {
+  RelaxationState state;
   ArrayView<const int32_t> claim_count;
   ArrayView<const int32_t> is_inside;
   int32_t split_limit = 0;
+  int64_t last_split_iteration = 0;
   AMHEX_HD int64_t operator()(int64_t i) const {
+    if (i >= state.SiteCount() || state.Iteration() > last_split_iteration) return 0;
     return is_inside[i] != 0 && claim_count[i] >= split_limit ? 1 : 0;
   }
 };
 
-struct MustSplitBody {
-  ArrayView<const int32_t> claim_count;
-  ArrayView<const int32_t> is_inside;
-  ArrayView<const CellMoments> moments;
-  ArrayView<const Vec3f> size;
-  SplitCriterion criterion;
-  AMHEX_HD int64_t operator()(int64_t i) const {
-    return is_inside[i] != 0 && criterion(claim_count[i], moments[i].count, size[i]) ? 1 : 0;
-  }
-};
-
-struct ValueBody {
-  ArrayView<const int64_t> value;
-  AMHEX_HD int64_t operator()(int64_t i) const { return value[i]; }
+struct MovementBody {
+  RelaxationState state;
+  ArrayView<const int64_t> movement;
+  AMHEX_HD int64_t operator()(int64_t i) const { return i < state.SiteCount() ? movement[i] : 0; }
 };
 
 struct PointCountBody {
@@ -87,19 +83,22 @@ class Relaxation {
   Relaxation(E& executor, RelaxationTask& task)
       : executor_(executor),
         task_(task),
+        capacity_(SiteCapacity(task)),
         site_bins_(executor, task.barrier.extent, BinSizeFor(task.barrier.extent)),
-        sample_bins_(executor, task.barrier.extent, BinSizeFor(task.barrier.extent)) {}
+        sample_bins_(executor, task.barrier.extent, BinSizeFor(task.barrier.extent)),
+        labeller_(executor, task) {}
 
   RelaxationOutcome Run() {
     UploadFixed();
     UploadSites();
     if (task_.propagates_orientation && task_.iteration_count > 0) InitializeOrientations();
-    for (int32_t iteration = 0; iteration < task_.iteration_count; ++iteration) {
-      if (executor_.Stopped()) return RelaxationOutcome::kStopped;
-      Iterate(iteration);
+    executor_.Repeat(
+        task_.iteration_count, arrays_.state, [&] { Iterate(); },
+        [&](const int64_t* state) { Report(state); });
+    if (!executor_.Stopped()) {
+      MeasureCells();
+      Download();
     }
-    MeasureCells();
-    executor_.Synchronize();
     return executor_.Stopped() ? RelaxationOutcome::kStopped : RelaxationOutcome::kDone;
   }
 
@@ -109,13 +108,31 @@ class Relaxation {
 
   template <class T>
   Array<T> Uploaded(const std::vector<T>& host) {
-    const auto count = static_cast<int64_t>(host.size());
-    Array<T> buffer = executor_.template Alloc<T>(count);
-    executor_.CopyIn(host.data(), count, buffer);
+    Array<T> buffer = executor_.template Alloc<T>(static_cast<int64_t>(host.size()));
+    Upload(host, buffer);
     return buffer;
   }
 
-  // What never changes during the run: the lattice's sides and the hull's samples.
+  template <class T>
+  void Upload(const std::vector<T>& host, Array<T>& buffer) {
+    executor_.CopyIn(host.data(), static_cast<int64_t>(host.size()), buffer);
+  }
+
+  template <class T>
+  void Download(const Array<T>& buffer, int64_t count, std::vector<T>& host) {
+    host.resize(static_cast<size_t>(count));
+    executor_.CopyOut(buffer, count, host.data());
+  }
+
+  RelaxationState State() { return {arrays_.state.View()}; }
+  ArrayView<const int64_t> SiteCountView() { return ReadOnly(State().At(kSiteCount)); }
+
+  template <class Body>
+  void ForEachSite(const char* description, const Body& body) {
+    executor_.ForEachOf(description, capacity_, SiteCountView(), body);
+  }
+
+  // What never changes during the run: the lattice's sides, the hull's samples, the weights.
   void UploadFixed() {
     tile_side_ = Uploaded(task_.barrier.tile_side);
     inside_mask_ = Uploaded(task_.barrier.inside_mask);
@@ -125,26 +142,23 @@ class Relaxation {
     sample_normal_ = Uploaded(task_.sample_normal);
     sample_bins_.Build(ReadOnly(sample_position_.View()),
                        static_cast<int64_t>(task_.sample_position.size()));
-    site_limit_ =
-        static_cast<int64_t>(static_cast<double>(task_.position.size()) * (1.0 + kLargestGrowth));
+    std::vector<double> weights;
+    for (int32_t i = 0; i < task_.iteration_count; ++i) {
+      weights.push_back(task_.regularity_weight *
+                        RegularityWeight(static_cast<double>(i) / task_.iteration_count));
+    }
+    weight_at_ = Uploaded(weights);
   }
 
   void UploadSites() {
-    site_count_ = static_cast<int64_t>(task_.position.size());
-    position_ = Uploaded(task_.position);
-    orientation_ = Uploaded(task_.orientation);
-    size_ = Uploaded(task_.size);
-    is_inside_ = Uploaded(task_.is_inside);
-    moved_ = executor_.template Alloc<Vec3d>(site_count_);
-    aligned_ = executor_.template Alloc<Quatf>(site_count_);
-    rounded_ = executor_.template Alloc<Vec3f>(site_count_);
-    neighbours_ = executor_.template Alloc<int32_t>(site_count_ * kNeighbourCount);
-    axis_neighbours_ = executor_.template Alloc<int32_t>(site_count_ * kAxisDirectionCount);
-    links_ = executor_.template Alloc<int32_t>(site_count_ * kAxisDirectionCount);
-    claim_count_ = executor_.template Alloc<int32_t>(site_count_);
-    metric_ = executor_.template Alloc<SiteMetric>(site_count_);
-    moments_ = executor_.template Alloc<CellMoments>(site_count_);
-    movement_ = executor_.template Alloc<int64_t>(site_count_);
+    arrays_.Allocate(executor_, capacity_);
+    std::vector<int64_t> state(kStateSize, 0);
+    state[kSiteCount] = static_cast<int64_t>(task_.position.size());
+    Upload(state, arrays_.state);
+    Upload(task_.position, arrays_.position);
+    Upload(task_.orientation, arrays_.orientation);
+    Upload(task_.size, arrays_.size);
+    Upload(task_.is_inside, arrays_.is_inside);
     largest_size_ = 0;
     for (const Vec3f& size : task_.size) {
       largest_size_ = Larger(largest_size_, Larger(size.x, Larger(size.y, size.z)));
@@ -155,6 +169,7 @@ class Relaxation {
   void InitializeOrientations() {
     std::vector<Vec3f> nodes;
     for (const Vec3d& p : task_.position) nodes.push_back(ToFloat(p));
+    const auto site_count = static_cast<int64_t>(nodes.size());
     nodes.insert(nodes.end(), task_.sample_position.begin(), task_.sample_position.end());
     std::vector<Quatf> frames = task_.orientation;
     frames.insert(frames.end(), task_.sample_orientation.begin(), task_.sample_orientation.end());
@@ -162,190 +177,189 @@ class Relaxation {
     const Array<Vec3f> node_position = Uploaded(nodes);
     Array<Quatf> node_orientation = Uploaded(frames);
     PointBins<E> bins(executor_, task_.barrier.extent, BinSizeFor(task_.barrier.extent));
-    executor_.ForEach("find neighbours among sites and samples", site_count_,
+    executor_.ForEach("find neighbours among sites and samples", site_count,
                       KnnExactBody{bins.Build(node_position.View(), node_count),
-                                   node_position.View(), neighbours_.View()});
+                                   node_position.View(), arrays_.neighbours.View()});
     const Array<int32_t> hops =
-        ComputeHopDistance(executor_, ReadOnly(neighbours_.View()), site_count_, node_count);
-    std::vector<int32_t> host_hops(static_cast<size_t>(site_count_));
-    executor_.CopyOut(hops, site_count_, host_hops.data());
+        ComputeHopDistance(executor_, ReadOnly(arrays_.neighbours.View()), site_count, node_count);
+    std::vector<int32_t> host_hops;
+    Download(hops, site_count, host_hops);
     int32_t last_wave = 0;
     for (const int32_t hop : host_hops) {
       if (hop < kUnreached) last_wave = Larger(last_wave, hop);
     }
     for (int32_t wave = 1; wave <= last_wave; ++wave) {
-      executor_.ForEach("propagate orientations", site_count_,
-                        PropagateBody{wave, node_position.View(), hops.View(),
-                                      ReadOnly(neighbours_.View()), node_orientation.View()});
+      executor_.ForEach(
+          "propagate orientations", site_count,
+          PropagateBody{wave, node_position.View(), hops.View(),
+                        ReadOnly(arrays_.neighbours.View()), node_orientation.View()});
     }
-    executor_.CopyOut(node_orientation, site_count_, task_.orientation.data());
-    executor_.CopyIn(task_.orientation.data(), site_count_, orientation_);
+    Download(node_orientation, site_count, task_.orientation);
+    Upload(task_.orientation, arrays_.orientation);
     FindNeighbours();
     for (int pass = 0; pass < kFirstAlignments && !executor_.Stopped(); ++pass) Align();
   }
 
+  void SortIntoBins() {
+    ForEachSite("round positions",
+                FloatPositionBody{ReadOnly(arrays_.position.View()), arrays_.rounded.View()});
+    site_bins_.Build(ReadOnly(arrays_.rounded.View()), capacity_, SiteCountView());
+  }
+
   void FindNeighbours() {
-    executor_.ForEach("round positions", site_count_,
-                      FloatPositionBody{ReadOnly(position_.View()), rounded_.View()});
-    const BinGrid& bins = site_bins_.Build(ReadOnly(rounded_.View()), site_count_);
-    executor_.ForEach("find nearest neighbours", site_count_,
-                      KnnExactBody{bins, ReadOnly(rounded_.View()), neighbours_.View()});
+    SortIntoBins();
+    ForEachSite("find nearest neighbours",
+                KnnExactBody{site_bins_.grid(), ReadOnly(arrays_.rounded.View()),
+                             arrays_.neighbours.View()});
   }
 
   void Align() {
-    executor_.ForEach(
-        "align orientations", site_count_,
-        AlignBody{ReadOnly(rounded_.View()), ReadOnly(neighbours_.View()), sample_bins_.grid(),
-                  ReadOnly(sample_position_.View()), ReadOnly(sample_normal_.View()),
-                  ReadOnly(orientation_.View()), aligned_.View()});
-    std::swap(orientation_, aligned_);
+    ForEachSite("align orientations",
+                AlignBody{ReadOnly(arrays_.rounded.View()), ReadOnly(arrays_.neighbours.View()),
+                          sample_bins_.grid(), ReadOnly(sample_position_.View()),
+                          ReadOnly(sample_normal_.View()), ReadOnly(arrays_.orientation.View()),
+                          arrays_.aligned.View()});
+    std::swap(arrays_.orientation, arrays_.aligned);
   }
 
-  // eq. 1, and how many sites claim each as neighbour. Returns the number of clusters.
-  int64_t FindAxisNeighbours() {
-    executor_.ForEach(
-        "find axis neighbours", site_count_,
-        AxisNeighbourBody{ReadOnly(rounded_.View()), ReadOnly(orientation_.View()),
-                          ReadOnly(size_.View()), ReadOnly(is_inside_.View()),
-                          ReadOnly(neighbours_.View()), site_count_, axis_neighbours_.View()});
-    executor_.ForEach("clear claims", site_count_, ClearClaimsBody{claim_count_.View()});
-    executor_.ForEach("count claims", site_count_ * kAxisDirectionCount,
-                      CountClaimsBody{ReadOnly(axis_neighbours_.View()), claim_count_.View()});
-    return executor_.Reduce("count clusters", site_count_,
-                            IsClusterBody{ReadOnly(claim_count_.View()),
-                                          ReadOnly(is_inside_.View()), task_.split_limit});
+  // eq. 1, how many sites claim each as neighbour, and the number of clusters.
+  void FindAxisNeighbours() {
+    ForEachSite(
+        "find axis neighbours",
+        AxisNeighbourBody{ReadOnly(arrays_.rounded.View()), ReadOnly(arrays_.orientation.View()),
+                          ReadOnly(arrays_.size.View()), ReadOnly(arrays_.is_inside.View()),
+                          ReadOnly(arrays_.neighbours.View()), capacity_,
+                          arrays_.axis_neighbours.View()});
+    ForEachSite("clear claims", ClearClaimsBody{arrays_.claim_count.View()});
+    ForEachSite("count claims", CountClaimsBody{ReadOnly(arrays_.axis_neighbours.View()),
+                                                arrays_.claim_count.View()});
+    executor_.ReduceInto("count clusters", capacity_,
+                         IsClusterBody{State(), ReadOnly(arrays_.claim_count.View()),
+                                       ReadOnly(arrays_.is_inside.View()), task_.split_limit,
+                                       int64_t{task_.iteration_count} - kSettlingIterations - 1},
+                         State().At(kClusterCount));
   }
 
   // Section 4.1; the bins must be those of the current positions.
-  void Label(bool wants_second_moments) {
-    executor_.ForEach("compute site metrics", site_count_,
-                      SiteMetricBody{site_bins_.grid().ids, ReadOnly(position_.View()),
-                                     ReadOnly(orientation_.View()), ReadOnly(size_.View()),
-                                     ReadOnly(is_inside_.View()), metric_.View()});
-    executor_.ForEach("clear cell moments", site_count_, ClearMomentsBody{moments_.View()});
+  void Label(SecondMoments second_moments) {
+    ForEachSite("compute site metrics",
+                SiteMetricBody{site_bins_.grid().ids, ReadOnly(arrays_.position.View()),
+                               ReadOnly(arrays_.orientation.View()), ReadOnly(arrays_.size.View()),
+                               ReadOnly(arrays_.is_inside.View()), arrays_.metric.View()});
+    ForEachSite("clear cell moments", ClearMomentsBody{arrays_.moments.View()});
     LabelTileBody body;
     body.barrier = barrier_;
     body.items = ReadOnly(items_.View());
     body.bins = site_bins_.grid();
-    body.metric = ReadOnly(metric_.View());
+    body.metric = ReadOnly(arrays_.metric.View());
     body.largest_size = largest_size_;
-    body.wants_second_moments = wants_second_moments;
-    body.moments = moments_.View();
-    LabelTiles(executor_, body, static_cast<int64_t>(task_.items.size()));
+    body.wants_second_moments = second_moments == SecondMoments::kForClusters;
+    body.cluster_count = ReadOnly(State().At(kClusterCount));
+    body.moments = arrays_.moments.View();
+    labeller_.Label(body);
   }
 
-  void Iterate(int32_t iteration) {
+  void Iterate() {
     FindNeighbours();
     Align();
-    const int64_t cluster_count = FindAxisNeighbours();
-    const bool may_split =
-        cluster_count > 0 && iteration + kSettlingIterations < task_.iteration_count;
-    Label(may_split);
-    Move(task_.regularity_weight *
-         RegularityWeight(static_cast<double>(iteration) / task_.iteration_count));
-    if (executor_.Stopped()) return;
-    const int64_t movement =
-        executor_.Reduce("sum movements", site_count_, ValueBody{ReadOnly(movement_.View())});
-    if (may_split) Split();
-    if (task_.on_iteration) {
-      const double mean_movement =
-          static_cast<double>(movement) * kMovementUnit / static_cast<double>(site_count_);
-      task_.on_iteration(iteration + 1, mean_movement, site_count_);
-    }
+    FindAxisNeighbours();
+    Label(SecondMoments::kForClusters);
+    Move();
+    executor_.ReduceInto("sum movements", capacity_,
+                         MovementBody{State(), ReadOnly(arrays_.movement.View())},
+                         State().At(kMovement));
+    Split();
   }
 
   // eq. 3
-  void Move(double weight) {
-    if (weight > 0) {
-      executor_.ForEach(
-          "link faces", site_count_ * kAxisDirectionCount,
-          LinkBody{barrier_, ReadOnly(position_.View()), ReadOnly(orientation_.View()),
-                   ReadOnly(size_.View()), ReadOnly(is_inside_.View()),
-                   ReadOnly(axis_neighbours_.View()), links_.View()});
+  void Move() {
+    if (task_.regularity_weight > 0) {
+      ForEachSite("link faces",
+                  LinkBody{barrier_, ReadOnly(arrays_.position.View()),
+                           ReadOnly(arrays_.orientation.View()), ReadOnly(arrays_.size.View()),
+                           ReadOnly(arrays_.is_inside.View()),
+                           ReadOnly(arrays_.axis_neighbours.View()), arrays_.links.View()});
     }
     RegularizeBody body;
     body.barrier = barrier_;
-    body.weight = weight;
-    body.position = ReadOnly(position_.View());
-    body.orientation = ReadOnly(orientation_.View());
-    body.size = ReadOnly(size_.View());
-    body.is_inside = ReadOnly(is_inside_.View());
-    body.moments = ReadOnly(moments_.View());
-    body.links = ReadOnly(links_.View());
+    body.weight_at = ReadOnly(weight_at_.View());
+    body.iteration = ReadOnly(State().At(kIteration));
+    body.position = ReadOnly(arrays_.position.View());
+    body.orientation = ReadOnly(arrays_.orientation.View());
+    body.size = ReadOnly(arrays_.size.View());
+    body.is_inside = ReadOnly(arrays_.is_inside.View());
+    body.moments = ReadOnly(arrays_.moments.View());
+    body.links = ReadOnly(arrays_.links.View());
     body.sample_bins = sample_bins_.grid();
     body.sample_position = ReadOnly(sample_position_.View());
     body.sample_normal = ReadOnly(sample_normal_.View());
-    body.moved = moved_.View();
-    body.movement = movement_.View();
-    executor_.ForEach("move sites", site_count_, body);
-    std::swap(position_, moved_);
+    body.moved = arrays_.moved.View();
+    body.movement = arrays_.movement.View();
+    ForEachSite("move sites", body);
+    std::swap(arrays_.position, arrays_.moved);
   }
 
-  // Rare, and changes array sizes: done on the host.
   void Split() {
-    const SplitCriterion criterion{task_.split_limit, task_.barrier.lattice.point_volume()};
-    const int64_t due = executor_.Reduce(
-        "count due splits", site_count_,
-        MustSplitBody{ReadOnly(claim_count_.View()), ReadOnly(is_inside_.View()),
-                      ReadOnly(moments_.View()), ReadOnly(size_.View()), criterion});
-    if (due == 0) return;
-    std::vector<int32_t> claim_count(static_cast<size_t>(site_count_));
-    std::vector<CellMoments> moments(static_cast<size_t>(site_count_));
-    executor_.CopyOut(claim_count_, site_count_, claim_count.data());
-    executor_.CopyOut(moments_, site_count_, moments.data());
-    DownloadSites();
-    const int64_t split_count = SplitClusters(claim_count, moments, site_limit_, task_);
-    task_.split_count += split_count;
-    if (split_count > 0) UploadSites();
+    SplitView view;
+    view.barrier = barrier_;
+    view.criterion = {task_.split_limit, task_.barrier.lattice.point_volume()};
+    view.state = State();
+    view.capacity = capacity_;
+    view.claim_count = ReadOnly(arrays_.claim_count.View());
+    view.moments = ReadOnly(arrays_.moments.View());
+    view.position = arrays_.position.View();
+    view.orientation = arrays_.orientation.View();
+    view.size = arrays_.size.View();
+    view.is_inside = arrays_.is_inside.View();
+    view.rank = arrays_.split_rank.View();
+    executor_.ForEach("flag splits", capacity_ + 1, FlagSplitsBody{view});
+    executor_.ExclusiveScan(arrays_.split_rank, capacity_ + 1);
+    ForEachSite("split sites", SplitBody{view});
+    executor_.ForEach("end the iteration", 1, AdvanceBody{view});
   }
 
-  void DownloadSites() {
-    executor_.CopyOut(position_, site_count_, task_.position.data());
-    executor_.CopyOut(orientation_, site_count_, task_.orientation.data());
+  void Report(const int64_t* state) {
+    if (!task_.on_iteration) return;
+    const double mean_movement = static_cast<double>(state[kMovement]) * kMovementUnit /
+                                 static_cast<double>(state[kMovedCount]);
+    task_.on_iteration(static_cast<int32_t>(state[kIteration]), mean_movement, state[kSiteCount]);
   }
 
   // The volume of every cell where the sites came to rest.
   void MeasureCells() {
-    executor_.ForEach("round positions", site_count_,
-                      FloatPositionBody{ReadOnly(position_.View()), rounded_.View()});
-    site_bins_.Build(ReadOnly(rounded_.View()), site_count_);
-    Label(false);
-    executor_.ForEach("take point counts", site_count_,
-                      PointCountBody{ReadOnly(moments_.View()), movement_.View()});
-    task_.point_count.resize(static_cast<size_t>(site_count_));
-    executor_.CopyOut(movement_, site_count_, task_.point_count.data());
-    DownloadSites();
+    SortIntoBins();
+    Label(SecondMoments::kNone);
+    ForEachSite("take point counts",
+                PointCountBody{ReadOnly(arrays_.moments.View()), arrays_.movement.View()});
+  }
+
+  void Download() {
+    std::vector<int64_t> state;
+    Download(arrays_.state, kStateSize, state);
+    const int64_t site_count = state[kSiteCount];
+    task_.split_count = state[kSplitCount];
+    Download(arrays_.position, site_count, task_.position);
+    Download(arrays_.orientation, site_count, task_.orientation);
+    Download(arrays_.size, site_count, task_.size);
+    Download(arrays_.is_inside, site_count, task_.is_inside);
+    Download(arrays_.movement, site_count, task_.point_count);
   }
 
   E& executor_;
   RelaxationTask& task_;
-  int64_t site_count_ = 0;
-  int64_t site_limit_ = 0;
+  int64_t capacity_ = 0;
   float largest_size_ = 1.0f;
   BarrierView barrier_;
-
+  RelaxationArrays<E> arrays_;
   PointBins<E> site_bins_;
   PointBins<E> sample_bins_;
+  TileLabeller<E> labeller_;
   Array<int32_t> tile_side_;
   Array<uint32_t> inside_mask_;
   Array<LabelItem> items_;
   Array<Vec3f> sample_position_;
   Array<Vec3f> sample_normal_;
-
-  Array<Vec3d> position_;           // [site_count]
-  Array<Vec3d> moved_;              // [site_count] double buffer of position_
-  Array<Vec3f> rounded_;            // [site_count] position_ as float
-  Array<Quatf> orientation_;        // [site_count]
-  Array<Quatf> aligned_;            // [site_count] double buffer of orientation_
-  Array<Vec3f> size_;               // [site_count]
-  Array<int32_t> is_inside_;        // [site_count]
-  Array<int32_t> neighbours_;       // [site_count][26]
-  Array<int32_t> axis_neighbours_;  // [site_count][6]
-  Array<int32_t> links_;            // [site_count][6]
-  Array<int32_t> claim_count_;      // [site_count]
-  Array<SiteMetric> metric_;        // [site_count]
-  Array<CellMoments> moments_;      // [site_count]
-  Array<int64_t> movement_;         // [site_count]
+  Array<double> weight_at_;  // [iteration_count] w of eq. 4
 };
 
 }  // namespace amhex

@@ -26,6 +26,9 @@ namespace {
 using amhex::worker::FromWorker;
 using amhex::worker::ToWorker;
 
+// Tells a worker that gave up its CUDA device from one that crashed (1 or a signal).
+constexpr int kDeviceLostExitCode = 3;
+
 // What the thread that listens and the thread that meshes share.
 struct Desk {
   std::mutex mutex;
@@ -68,6 +71,8 @@ void RunOrders(FrameChannel* channel, Desk* desk) {
     FromWorker news;
     *news.mutable_finished() = RunJob(order, send, context.get());
     send(news);
+    // The job has failed and been told so; amhexd starts another worker for the next one.
+    if (IsDeviceLost()) _exit(kDeviceLostExitCode);
   }
 }
 

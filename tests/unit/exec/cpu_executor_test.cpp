@@ -41,24 +41,45 @@ TEST(CpuExecutor, ExclusiveScanReplacesEveryElementByTheSumBeforeIt) {
   const std::vector<int32_t> input = {3, 0, 5, 2};
   HostBuffer<int32_t> values = executor.Alloc<int32_t>(4);
   executor.CopyIn(input.data(), 4, values);
-  EXPECT_EQ(executor.ExclusiveScan(values, 4), 10);
+  executor.ExclusiveScan(values, 4);
   std::vector<int32_t> output(4);
   executor.CopyOut(values, 4, output.data());
   EXPECT_EQ(output, (std::vector<int32_t>{0, 3, 3, 8}));
 }
 
-TEST(CpuExecutor, SortByKeyBreaksTiesByValue) {
+TEST(CpuExecutor, SortByKeyKeepsTheOrderOfEqualKeys) {
   CpuExecutor executor;
   const std::vector<uint32_t> key_input = {2, 1, 2, 0xffffffffu, 1};
-  const std::vector<int32_t> value_input = {9, 8, 7, 6, 5};
-  HostBuffer<uint32_t> keys = executor.Alloc<uint32_t>(5);
-  HostBuffer<int32_t> values = executor.Alloc<int32_t>(5);
-  executor.CopyIn(key_input.data(), 5, keys);
-  executor.CopyIn(value_input.data(), 5, values);
-  executor.SortByKey(keys, values, 5);
+  const std::vector<int32_t> id_input = {9, 8, 7, 6, 5};
+  KeyedIds<CpuExecutor> pairs, sorted;
+  for (KeyedIds<CpuExecutor>* p : {&pairs, &sorted}) {
+    p->key = executor.Alloc<uint32_t>(5);
+    p->id = executor.Alloc<int32_t>(5);
+  }
+  executor.CopyIn(key_input.data(), 5, pairs.key);
+  executor.CopyIn(id_input.data(), 5, pairs.id);
+  executor.SortByKey(pairs, 5, 0xffffffffu, sorted);
   std::vector<int32_t> output(5);
-  executor.CopyOut(values, 5, output.data());
-  EXPECT_EQ(output, (std::vector<int32_t>{5, 8, 7, 9, 6}));
+  executor.CopyOut(sorted.id, 5, output.data());
+  EXPECT_EQ(output, (std::vector<int32_t>{8, 5, 9, 7, 6}));
+}
+
+TEST(CpuExecutor, ForEachOfVisitsAsManyElementsAsTheCountSays) {
+  CpuExecutor executor;
+  HostBuffer<int32_t> values = Zeros(executor, 10);
+  const int64_t actual = 7;
+  executor.ForEachOf("increment", 10, {&actual, 1}, IncrementBody{values.View()});
+  for (int64_t i = 0; i < 10; ++i) EXPECT_EQ(values.View()[i], i < 7 ? 1 : 0);
+}
+
+TEST(CpuExecutor, RepeatShowsTheStateAfterEveryStepInOrder) {
+  CpuExecutor executor;
+  HostBuffer<int64_t> state = executor.Alloc<int64_t>(1);
+  state.View()[0] = 0;
+  std::vector<int64_t> seen;
+  executor.Repeat(
+      5, state, [&] { ++state.View()[0]; }, [&](const int64_t* s) { seen.push_back(*s); });
+  EXPECT_EQ(seen, (std::vector<int64_t>{1, 2, 3, 4, 5}));
 }
 
 TEST(CpuExecutor, SkipsTheRestOnceARunShouldStop) {

@@ -108,7 +108,7 @@ TEST(Claims, SumToAllChosenNeighbours) {
   const Graph graph = SitesAndSamples();
   const std::vector<int32_t> chosen = graph.AxisNeighbours(Quatf{});
   std::vector<int32_t> claims(300, 0);
-  CpuExecutor().ForEach("claims", static_cast<int64_t>(chosen.size()),
+  CpuExecutor().ForEach("claims", static_cast<int64_t>(chosen.size()) / kAxisDirectionCount,
                         CountClaimsBody{ViewOf(chosen), {claims.data(), 300}});
   for (int32_t site = 0; site < 300; ++site) {
     EXPECT_EQ(claims[static_cast<size_t>(site)], std::count(chosen.begin(), chosen.end(), site));

@@ -1,0 +1,162 @@
+// Streams, events and memory of one CUDA device, each ending with its owner.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "base/array_view.h"
+#include "exec/cuda_error.h"
+
+namespace amhex {
+
+// Throws CudaError naming the step. An error that the device survives, such as a failed
+// allocation, is cleared; after one that it does not, every further call fails, which is how the
+// two are told apart.
+inline void CheckCuda(cudaError_t code, const char* description) {
+  if (code == cudaSuccess) return;
+  cudaGetLastError();
+  const bool is_lost = cudaDeviceSynchronize() != cudaSuccess;
+  cudaGetLastError();
+  const CudaFault fault = is_lost                             ? CudaFault::kDeviceLost
+                          : code == cudaErrorMemoryAllocation ? CudaFault::kOutOfMemory
+                                                              : CudaFault::kFailed;
+  throw CudaError(std::string(description) + ": " + cudaGetErrorString(code), fault);
+}
+
+// What the device has left; for messages, so a failure to ask is no failure.
+inline std::string DescribeFreeMemory() {
+  size_t free = 0, total = 0;
+  if (cudaMemGetInfo(&free, &total) != cudaSuccess) {
+    cudaGetLastError();
+    return "free memory unknown";
+  }
+  return std::to_string(free) + " of " + std::to_string(total) + " bytes are free";
+}
+
+class CudaStream {
+ public:
+  CudaStream() {
+    CheckCuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+  }
+  ~CudaStream() { cudaStreamDestroy(stream_); }
+  CudaStream(const CudaStream&) = delete;
+  CudaStream& operator=(const CudaStream&) = delete;
+  cudaStream_t get() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+class CudaEvent {
+ public:
+  CudaEvent() {
+    CheckCuda(cudaEventCreateWithFlags(&event_, cudaEventDisableTiming), "create an event");
+  }
+  ~CudaEvent() { cudaEventDestroy(event_); }
+  CudaEvent(const CudaEvent&) = delete;
+  CudaEvent& operator=(const CudaEvent&) = delete;
+  cudaEvent_t get() const { return event_; }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+// A recorded sequence of launches that replays as one.
+class CudaGraph {
+ public:
+  CudaGraph() = default;
+  ~CudaGraph() {
+    if (executable_ != nullptr) cudaGraphExecDestroy(executable_);
+  }
+  CudaGraph(const CudaGraph&) = delete;
+  CudaGraph& operator=(const CudaGraph&) = delete;
+
+  // Records what `enqueue` sends to the stream, without running it.
+  template <class Enqueue>
+  void Capture(cudaStream_t stream, const Enqueue& enqueue) {
+    CheckCuda(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), "begin a graph");
+    cudaGraph_t graph = nullptr;
+    try {
+      enqueue();
+    } catch (...) {
+      if (cudaStreamEndCapture(stream, &graph) == cudaSuccess) cudaGraphDestroy(graph);
+      cudaGetLastError();
+      throw;
+    }
+    CheckCuda(cudaStreamEndCapture(stream, &graph), "end a graph");
+    const cudaError_t code = cudaGraphInstantiate(&executable_, graph, 0);
+    cudaGraphDestroy(graph);
+    CheckCuda(code, "instantiate a graph");
+  }
+
+  void Launch(cudaStream_t stream) {
+    CheckCuda(cudaGraphLaunch(executable_, stream), "launch a graph");
+  }
+
+ private:
+  cudaGraphExec_t executable_ = nullptr;
+};
+
+// An array in device memory, allocated and freed in stream order. Elements start undefined.
+template <class T>
+class DeviceBuffer {
+ public:
+  DeviceBuffer() = default;
+  DeviceBuffer(int64_t size, cudaStream_t stream) : size_(size), stream_(stream) {
+    if (size == 0) return;
+    const size_t bytes = static_cast<size_t>(size) * sizeof(T);
+    const cudaError_t code = cudaMallocAsync(reinterpret_cast<void**>(&data_), bytes, stream);
+    if (code == cudaSuccess) return;
+    data_ = nullptr;
+    cudaGetLastError();
+    const std::string text =
+        "allocate " + std::to_string(bytes) + " bytes of device memory, " + DescribeFreeMemory();
+    CheckCuda(code, text.c_str());
+  }
+  ~DeviceBuffer() {
+    if (data_ != nullptr) cudaFreeAsync(data_, stream_);
+  }
+  DeviceBuffer(DeviceBuffer&& other) noexcept { Swap(other); }
+  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+    Swap(other);
+    return *this;
+  }
+
+  ArrayView<T> View() { return {data_, size_}; }
+  ArrayView<const T> View() const { return {data_, size_}; }
+  int64_t size() const { return size_; }
+
+ private:
+  void Swap(DeviceBuffer& other) {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(stream_, other.stream_);
+  }
+
+  T* data_ = nullptr;
+  int64_t size_ = 0;
+  cudaStream_t stream_ = nullptr;
+};
+
+// An array in host memory that the device copies to while the host goes on.
+template <class T>
+class PinnedBuffer {
+ public:
+  explicit PinnedBuffer(int64_t size) {
+    CheckCuda(
+        cudaMallocHost(reinterpret_cast<void**>(&data_), static_cast<size_t>(size) * sizeof(T)),
+        "allocate pinned host memory");
+  }
+  ~PinnedBuffer() { cudaFreeHost(data_); }
+  PinnedBuffer(const PinnedBuffer&) = delete;
+  PinnedBuffer& operator=(const PinnedBuffer&) = delete;
+  T* data() const { return data_; }
+
+ private:
+  T* data_ = nullptr;
+};
+
+}  // namespace amhex

@@ -1,0 +1,199 @@
+// What the threads of one block share while they label a group of tiles, and how they find the
+// sites that may own its points: for the group, then for the cube of each warp.
+//
+// Exact: a site is dropped when even its lower bound over a cube lies above another's upper bound.
+// Uses CUDA's own words only, so that the tests can run it on the host.
+#pragma once
+
+#include <cstdint>
+
+#include "relax/label_body.h"
+#include "relax/label_groups.h"
+
+namespace amhex {
+
+inline constexpr int kWarpWidth = 32;
+inline constexpr unsigned kWholeWarp = 0xffffffffu;
+inline constexpr int kGroupThreads = kGroupTiles * kWarpWidth;
+static_assert(kBlockPoints == kWarpWidth, "a warp labels a block of the lattice");
+static_assert(kGroupTiles == kTileBlocks, "a warp has a tile of the group or a block of the tile");
+// Enough warps to hide what each waits for; leaves 64 registers per thread.
+inline constexpr int kBlocksPerMultiprocessor = 4;
+// Lanes that walk a row of bins together: a row within reach holds about as many sites.
+inline constexpr int kRowLanes = 8;
+inline constexpr int kGroupWidth = kGroupWidthInTiles * kTileWidth;
+
+struct alignas(16) FourFloats {
+  float a, b, c, d;
+};
+
+// 20 words: read as five 16-byte words, neighbouring candidates lie in different banks.
+struct SharedCandidate {
+  FourFloats word[4];  // x y z row0 | row1..4 | row5..8 | reach0..2, unused
+  int32_t id;
+  int32_t unused[3];
+
+  __device__ SiteMetric Metric() const {
+    const FourFloats u = word[0], v = word[1], w = word[2], r = word[3];
+    SiteMetric site;
+    site.x = u.a, site.y = u.b, site.z = u.c;
+    site.row[0] = u.d, site.row[1] = v.a, site.row[2] = v.b, site.row[3] = v.c;
+    site.row[4] = v.d, site.row[5] = w.a, site.row[6] = w.b, site.row[7] = w.c;
+    site.row[8] = w.d;
+    site.reach[0] = r.a, site.reach[1] = r.b, site.reach[2] = r.c;
+    return site;
+  }
+  __device__ void Set(const SiteMetric& site) {
+    word[0] = {site.x, site.y, site.z, site.row[0]};
+    word[1] = {site.row[1], site.row[2], site.row[3], site.row[4]};
+    word[2] = {site.row[5], site.row[6], site.row[7], site.row[8]};
+    word[3] = {site.reach[0], site.reach[1], site.reach[2], 0.0f};
+  }
+};
+
+inline constexpr int kFirstSums = 4;   // count x y z
+inline constexpr int kSecondSums = 6;  // xx yy zz xy yz zx
+
+// Sums over at most 2048 points of coordinates below 16: they fit into 32 bits.
+struct PartialSums {
+  int32_t first[kFirstSums];
+  int32_t second[kSecondSums];
+};
+
+struct GroupMemory {
+  SharedCandidate candidate[kCandidateCapacity];
+  int32_t warp_list[kGroupTiles][kWarpWidth];  // places of candidates, ascending ids
+  PartialSums sums[kCandidateCapacity];
+  float axis[3][kGroupWidth];  // position of every coordinate of the group
+  float warp_bound[kGroupTiles];
+  int32_t found;  // may exceed the capacity
+  int32_t is_stopped;
+};
+
+// What one warp knows of its part of the group.
+struct WarpCube {
+  LatticePoint offset;  // from the group's base
+  Vec3f centre;
+  float half_width = 0;
+  float bound = 0;   // of the owners' distances
+  int32_t item = 0;  // or kNoItem: nothing to do
+  int first_block = 0;
+};
+
+__device__ inline Vec3f CentreBetween(const GroupMemory& shared, const LatticePoint& offset,
+                                      int width) {
+  return {0.5f * (shared.axis[0][offset.x] + shared.axis[0][offset.x + width - 1]),
+          0.5f * (shared.axis[1][offset.y] + shared.axis[1][offset.y + width - 1]),
+          0.5f * (shared.axis[2][offset.z] + shared.axis[2][offset.z + width - 1])};
+}
+
+__device__ inline float SmallestInGroup(float value, int lanes) {
+  for (int step = lanes / 2; step > 0; step /= 2) {
+    value = Smaller(value, __shfl_xor_sync(kWholeWarp, value, step));
+  }
+  return value;
+}
+
+// Eight lanes per row of bins within reach; returns nothing that depends on the order of finding.
+__device__ inline void CollectTogether(const LabelTileBody& body,
+                                       const LabelTileBody::Search& search, GroupMemory& shared) {
+  const BinGrid& bins = body.bins;
+  const float radius = body.SearchRadius(search);
+  const Vec3f& c = search.centre;
+  const int32_t low_x = bins.CoordinateOf(c.x - radius, bins.count_x);
+  const int32_t high_x = bins.CoordinateOf(c.x + radius, bins.count_x);
+  const int32_t low_y = bins.CoordinateOf(c.y - radius, bins.count_y);
+  const int32_t rows_y = bins.CoordinateOf(c.y + radius, bins.count_y) - low_y + 1;
+  const int32_t low_z = bins.CoordinateOf(c.z - radius, bins.count_z);
+  const int32_t rows_z = bins.CoordinateOf(c.z + radius, bins.count_z) - low_z + 1;
+  const int thread = static_cast<int>(threadIdx.x);
+  for (int32_t row = thread / kRowLanes; row < rows_y * rows_z; row += kGroupThreads / kRowLanes) {
+    const int32_t y = low_y + row % rows_y;
+    const int32_t z = low_z + row / rows_y;
+    const int64_t begin = bins.starts[bins.BinAt(low_x, y, z)];
+    const int64_t end = bins.starts[bins.BinAt(high_x, y, z) + 1];
+    for (int64_t slot = begin + thread % kRowLanes; slot < end; slot += kRowLanes) {
+      const SiteMetric site = body.metric[slot];
+      if (!body.IsWithinReach(search, site)) continue;
+      const int32_t place = atomicAdd(&shared.found, 1);
+      if (place >= kCandidateCapacity) continue;
+      SharedCandidate& candidate = shared.candidate[place];
+      candidate.Set(site);
+      candidate.id = body.bins.ids[slot];
+    }
+  }
+}
+
+// The smallest upper bound over the warp's own cube; the same value in every lane.
+__device__ inline float BoundCube(const GroupMemory& shared, int count, const WarpCube& cube) {
+  float bound = kUnboundedReach;
+  for (int k = static_cast<int>(threadIdx.x) % kWarpWidth; k < count; k += kWarpWidth) {
+    const SiteMetric site = shared.candidate[k].Metric();
+    bound = Smaller(bound, BoundsOverCube(site, cube.centre, cube.half_width).upper);
+  }
+  return SmallestInGroup(bound, kWarpWidth);
+}
+
+// Gathers the group's candidates as LabelTileBody::Gather does a tile's, and bounds the cube of
+// every warp. Returns how many, or -1 if they do not fit: the same answer in every thread.
+__device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::Search& search,
+                                     WarpCube& cube, GroupMemory& shared) {
+  const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
+  search.reach = kFirstReach;
+  while (true) {
+    __syncthreads();
+    if (threadIdx.x == 0) shared.found = 0;
+    __syncthreads();
+    CollectTogether(body, search, shared);
+    __syncthreads();
+    const int found = shared.found;
+    const int count = Smaller(found, kCandidateCapacity);
+    cube.bound =
+        cube.item == kNoItem ? 0.0f : Smaller(BoundCube(shared, count, cube), search.limit);
+    if (threadIdx.x % kWarpWidth == 0) shared.warp_bound[warp] = cube.bound;
+    __syncthreads();
+    float bound = 0;
+    for (int i = 0; i < kGroupTiles; ++i) bound = Larger(bound, shared.warp_bound[i]);
+    const float needed = body.ReachOf(bound);
+    if (needed <= search.reach || body.HasSeenAll(search)) {
+      return found <= kCandidateCapacity ? count : -1;
+    }
+    search.reach = bound < kUnboundedReach ? needed : 2 * search.reach;
+  }
+}
+
+// Lists what may own a point of the warp's cube, by id. Returns how many, or -1 if they are more
+// than lanes.
+__device__ inline int ListForWarp(GroupMemory& shared, int count, const WarpCube& cube) {
+  const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
+  const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+  int32_t* list = shared.warp_list[warp];
+  const unsigned below = (1u << lane) - 1u;
+  int listed = 0;
+  for (int first = 0; first < count; first += kWarpWidth) {
+    const int k = first + lane;
+    bool is_near = false;
+    if (k < count) {
+      const SiteMetric site = shared.candidate[k].Metric();
+      is_near = BoundsOverCube(site, cube.centre, cube.half_width).lower <= cube.bound + kCullSlack;
+    }
+    const unsigned near = __ballot_sync(kWholeWarp, is_near);
+    const int place = listed + CountBits(near & below);
+    listed += CountBits(near);
+    if (listed > kWarpWidth) return -1;
+    if (is_near) list[place] = k;
+  }
+  __syncwarp();
+  const int32_t own = lane < listed ? list[lane] : 0;
+  const int32_t own_id = shared.candidate[own].id;
+  int rank = 0;
+  for (int other = 0; other < listed; ++other) {
+    rank += __shfl_sync(kWholeWarp, own_id, other) < own_id ? 1 : 0;
+  }
+  __syncwarp();
+  if (lane < listed) list[rank] = own;
+  __syncwarp();
+  return listed;
+}
+
+}  // namespace amhex

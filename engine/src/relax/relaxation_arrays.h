@@ -1,0 +1,79 @@
+// Everything a relaxation keeps where its bodies run, and how much memory that is.
+#pragma once
+
+#include <cstdint>
+
+#include "base/quat.h"
+#include "exec/executor.h"
+#include "graph/knn_graph.h"
+#include "graph/n6_body.h"
+#include "graph/point_bins.h"
+#include "relax/cell_moments.h"
+#include "relax/relaxation_state.h"
+#include "relax/relaxation_task.h"
+#include "relax/site_metric.h"
+
+namespace amhex {
+
+// Splits may add this share of the sites in all.
+inline constexpr double kLargestGrowth = 0.25;
+
+// How many sites a task may end with.
+inline int64_t SiteCapacity(const RelaxationTask& task) {
+  const auto site_count = static_cast<double>(task.position.size());
+  return static_cast<int64_t>(task.iteration_count > 0 ? site_count * (1.0 + kLargestGrowth)
+                                                       : site_count);
+}
+
+template <class E>
+struct RelaxationArrays {
+  template <class T>
+  using Array = Buffer<E, T>;
+
+  Array<int64_t> state;            // [kStateSize]
+  Array<Vec3d> position;           // [capacity]
+  Array<Vec3d> moved;              // [capacity] double buffer of position
+  Array<Vec3f> rounded;            // [capacity] position as float
+  Array<Quatf> orientation;        // [capacity]
+  Array<Quatf> aligned;            // [capacity] double buffer of orientation
+  Array<Vec3f> size;               // [capacity]
+  Array<int32_t> is_inside;        // [capacity]
+  Array<int32_t> neighbours;       // [capacity][26]
+  Array<int32_t> axis_neighbours;  // [capacity][6]
+  Array<int32_t> links;            // [capacity][6]
+  Array<int32_t> claim_count;      // [capacity]
+  Array<int32_t> split_rank;       // [capacity + 1]
+  Array<SiteMetric> metric;        // [capacity] by slot
+  Array<CellMoments> moments;      // [capacity]
+  Array<int64_t> movement;         // [capacity]
+
+  // Calls visit(array, element count) for each of them.
+  template <class Visit>
+  void VisitAll(int64_t capacity, const Visit& visit) {
+    visit(state, int64_t{kStateSize});
+    visit(position, capacity);
+    visit(moved, capacity);
+    visit(rounded, capacity);
+    visit(orientation, capacity);
+    visit(aligned, capacity);
+    visit(size, capacity);
+    visit(is_inside, capacity);
+    visit(neighbours, capacity * kNeighbourCount);
+    visit(axis_neighbours, capacity * kAxisDirectionCount);
+    visit(links, capacity * kAxisDirectionCount);
+    visit(claim_count, capacity);
+    visit(split_rank, capacity + 1);
+    visit(metric, capacity);
+    visit(moments, capacity);
+    visit(movement, capacity);
+  }
+
+  void Allocate(E& executor, int64_t capacity) {
+    VisitAll(capacity, [&]<class T>(T& array, int64_t count) {
+      using Element = std::remove_reference_t<decltype(*array.View().data)>;
+      array = executor.template Alloc<Element>(count);
+    });
+  }
+};
+
+}  // namespace amhex
