@@ -12,9 +12,9 @@ namespace amhex {
 inline constexpr int kGroupWidthInTiles = 2;
 inline constexpr int kGroupTiles = 8;
 inline constexpr int32_t kNoItem = -1;
-// From this many lattice points per site on a tile is smaller than a cell, and eight of them share
-// most of their candidates; below it they would have more than a thread block can hold.
-inline constexpr double kLeastPointsPerSiteForGroups = 64;
+// From this many lattice points per site on eight tiles share most of their candidates, and a warp
+// finds at most a lane's worth for its tile: 16 of 32 on average at this number, 49 at 108.
+inline constexpr double kLeastPointsPerSiteForGroups = 512;
 
 // Up to eight items of one side; item b lies in octant b of the group (fcc_lattice.h). A group of
 // one tile has it in octant 0, and warps share the tile's blocks instead.
