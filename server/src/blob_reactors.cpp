@@ -1,6 +1,7 @@
 #include "blob_reactors.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "errors.h"
 #include "grpc_status.h"
@@ -9,10 +10,15 @@
 
 namespace amhex::server {
 
-WriteBlobReactor::WriteBlobReactor(amhex::v1::WriteBlobResponse* response, JobManager* manager,
+WriteBlobReactor::WriteBlobReactor(absl::StatusOr<Caller> caller,
+                                   amhex::v1::WriteBlobResponse* response, JobManager* manager,
                                    BlockingExecutor* executor)
-    : response_(response), manager_(manager), executor_(executor) {
-  StartRead(&chunk_);
+    : caller_(std::move(caller)), response_(response), manager_(manager), executor_(executor) {
+  if (caller_.ok()) {
+    StartRead(&chunk_);
+  } else {
+    Finish(ToGrpc(caller_.status()));
+  }
 }
 
 void WriteBlobReactor::OnReadDone(bool ok) {
@@ -30,22 +36,29 @@ void WriteBlobReactor::OnReadDone(bool ok) {
   });
 }
 
-absl::Status WriteBlobReactor::Start() {
-  AMHEX_RETURN_IF_ERROR(CheckBlobToWrite(chunk_.blob(), manager_->options().limits));
-  AMHEX_ASSIGN_OR_RETURN(upload_, manager_->blobs().StartUpload(chunk_.blob()));
-  return absl::OkStatus();
+absl::StatusOr<bool> WriteBlobReactor::Start() {
+  blob_ = chunk_.blob();
+  AMHEX_RETURN_IF_ERROR(CheckBlobToWrite(blob_, manager_->options().limits));
+  AMHEX_ASSIGN_OR_RETURN(const auto state, manager_->FindUpload(*caller_, blob_));
+  response_->set_committed_size(state.committed_size);
+  response_->set_complete(state.complete);
+  if (state.complete) return true;
+  AMHEX_ASSIGN_OR_RETURN(upload_, manager_->StartUpload(*caller_, blob_));
+  return false;
 }
 
 absl::StatusOr<bool> WriteBlobReactor::Take() {
-  if (!upload_) AMHEX_RETURN_IF_ERROR(Start());
-  if (upload_->complete()) return false;
+  if (!upload_) {
+    AMHEX_ASSIGN_OR_RETURN(const bool complete, Start());
+    if (complete) return false;
+  }
   if (!chunk_.data().empty()) {
     AMHEX_RETURN_IF_ERROR(
         upload_->Write(chunk_.offset(), chunk_.data().data(), chunk_.data().size()));
     manager_->metrics().BlobBytes("in").Increment(static_cast<double>(chunk_.data().size()));
   }
   if (chunk_.finish()) {
-    AMHEX_RETURN_IF_ERROR(upload_->Finish());
+    AMHEX_RETURN_IF_ERROR(manager_->FinishUpload(*caller_, blob_, upload_.get()));
     return false;
   }
   return true;
@@ -60,11 +73,12 @@ void WriteBlobReactor::Answer(const absl::Status& status) {
   Finish(ToGrpc(status));
 }
 
-ReadBlobReactor::ReadBlobReactor(const amhex::v1::ReadBlobRequest& request, JobManager* manager,
+ReadBlobReactor::ReadBlobReactor(absl::StatusOr<Caller> caller,
+                                 const amhex::v1::ReadBlobRequest& request, JobManager* manager,
                                  BlockingExecutor* executor)
     : manager_(manager), executor_(executor) {
-  executor_->Post([this, request] {
-    const absl::Status status = Open(request);
+  executor_->Post([this, caller = std::move(caller), request] {
+    const absl::Status status = Open(caller, request);
     if (status.ok()) {
       SendNext();
     } else {
@@ -73,9 +87,11 @@ ReadBlobReactor::ReadBlobReactor(const amhex::v1::ReadBlobRequest& request, JobM
   });
 }
 
-absl::Status ReadBlobReactor::Open(const amhex::v1::ReadBlobRequest& request) {
+absl::Status ReadBlobReactor::Open(const absl::StatusOr<Caller>& caller,
+                                   const amhex::v1::ReadBlobRequest& request) {
+  AMHEX_RETURN_IF_ERROR(caller.status());
   AMHEX_RETURN_IF_ERROR(CheckRead(request));
-  AMHEX_ASSIGN_OR_RETURN(file_, manager_->blobs().OpenForRead(request.blob().sha256()));
+  AMHEX_ASSIGN_OR_RETURN(file_, manager_->OpenBlob(*caller, request.blob().sha256()));
   AMHEX_ASSIGN_OR_RETURN(blob_size_, FileSize(file_.get()));
   if (request.offset() > blob_size_) {
     return MakeError(absl::StatusCode::kOutOfRange, amhex::v1::BAD_REQUEST,

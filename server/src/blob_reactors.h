@@ -14,34 +14,38 @@ namespace amhex::server {
 // Reads a chunk, writes it to disk on the executor, reads the next.
 class WriteBlobReactor final : public grpc::ServerReadReactor<amhex::v1::WriteBlobRequest> {
  public:
-  WriteBlobReactor(amhex::v1::WriteBlobResponse* response, JobManager* manager,
-                   BlockingExecutor* executor);
+  WriteBlobReactor(absl::StatusOr<Caller> caller, amhex::v1::WriteBlobResponse* response,
+                   JobManager* manager, BlockingExecutor* executor);
   void OnReadDone(bool ok) override;
   void OnDone() override { delete this; }
 
  private:
   // True while more chunks are wanted.
   absl::StatusOr<bool> Take();
-  absl::Status Start();
+  // True if the blob is there already.
+  absl::StatusOr<bool> Start();
   void Answer(const absl::Status& status);
 
+  const absl::StatusOr<Caller> caller_;
   amhex::v1::WriteBlobResponse* const response_;
   JobManager* const manager_;
   BlockingExecutor* const executor_;
   amhex::v1::WriteBlobRequest chunk_;
+  amhex::v1::BlobRef blob_;
   std::unique_ptr<BlobUpload> upload_;
 };
 
 // Reads a chunk from disk on the executor, writes it, reads the next.
 class ReadBlobReactor final : public grpc::ServerWriteReactor<amhex::v1::ReadBlobResponse> {
  public:
-  ReadBlobReactor(const amhex::v1::ReadBlobRequest& request, JobManager* manager,
-                  BlockingExecutor* executor);
+  ReadBlobReactor(absl::StatusOr<Caller> caller, const amhex::v1::ReadBlobRequest& request,
+                  JobManager* manager, BlockingExecutor* executor);
   void OnWriteDone(bool ok) override;
   void OnDone() override { delete this; }
 
  private:
-  absl::Status Open(const amhex::v1::ReadBlobRequest& request);
+  absl::Status Open(const absl::StatusOr<Caller>& caller,
+                    const amhex::v1::ReadBlobRequest& request);
   absl::Status ReadChunk();
   void SendNext();
 

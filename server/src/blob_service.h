@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include "amhex/v1/blob_service.grpc.pb.h"
+#include "authenticator.h"
 #include "blocking_executor.h"
 #include "job_manager.h"
 
@@ -11,9 +12,9 @@ namespace amhex::server {
 
 class BlobService final : public amhex::v1::Blobs::CallbackService {
  public:
-  // Both must outlive the gRPC server.
-  BlobService(JobManager* manager, BlockingExecutor* executor)
-      : manager_(manager), executor_(executor) {}
+  // All must outlive the gRPC server.
+  BlobService(JobManager* manager, Authenticator* authenticator, BlockingExecutor* executor)
+      : manager_(manager), authenticator_(authenticator), executor_(executor) {}
 
   grpc::ServerReadReactor<amhex::v1::WriteBlobRequest>* WriteBlob(
       grpc::CallbackServerContext* context, amhex::v1::WriteBlobResponse* response) override;
@@ -28,6 +29,7 @@ class BlobService final : public amhex::v1::Blobs::CallbackService {
 
  private:
   JobManager* const manager_;
+  Authenticator* const authenticator_;
   BlockingExecutor* const executor_;
 };
 

@@ -59,6 +59,12 @@ int64_t BytesBelow(const std::string& folder) {
   return total;
 }
 
+// Names a tenant's upload.
+std::string UploadKey(const std::string& tenant, const std::string& sha256) {
+  constexpr size_t kTenantDigits = 16;
+  return Sha256Hex(tenant).substr(0, kTenantDigits) + "-" + sha256;
+}
+
 absl::Status NotFound(const std::string& sha256) {
   return MakeError(absl::StatusCode::kNotFound, amhex::v1::BLOB_NOT_FOUND,
                    "no blob " + sha256 + " is stored");
@@ -74,6 +80,7 @@ absl::Status Superseded() {
 // The state of the streams that write one blob; locked after BlobStore::mutex_, never before.
 struct BlobUpload::Partial {
   std::mutex mutex;
+  std::string key;
   amhex::v1::BlobRef blob;
   UniqueFd fd;
   Sha256 hash;
@@ -84,22 +91,21 @@ struct BlobUpload::Partial {
 
 BlobUpload::BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session)
     : store_(store), partial_(std::move(partial)), session_(session) {
-  if (partial_) committed_size_ = partial_->committed_size;
+  committed_size_ = partial_->committed_size;
 }
 
 BlobUpload::~BlobUpload() {
-  if (!partial_) return;
   std::lock_guard<std::mutex> lock(store_->mutex_);
   --store_->active_uploads_;
   // The bytes stay on disk; only the open file and the digest's state are let go.
-  const auto entry = store_->partials_.find(partial_->blob.sha256());
+  const auto entry = store_->partials_.find(partial_->key);
   if (entry == store_->partials_.end() || entry->second != partial_) return;
   std::lock_guard<std::mutex> partial_lock(partial_->mutex);
   if (partial_->session == session_) store_->partials_.erase(entry);
 }
 
 absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
-  if (!partial_ || complete_) return absl::OkStatus();
+  if (complete_) return absl::OkStatus();
   const auto more = static_cast<int64_t>(size);
   if (auto status = store_->CheckRoom(more); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(partial_->mutex);
@@ -140,15 +146,15 @@ absl::Status BlobUpload::Finish() {
     digest = partial_->hash.HexDigest();
   }
   if (digest != name) {
-    store_->Drop(name, partial_->committed_size);
+    store_->Drop(partial_->key, partial_->committed_size);
     return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::DIGEST_MISMATCH,
                      "the bytes have the SHA-256 " + digest + ", not " + name);
   }
   absl::Status status = SyncFile(partial_->fd.get());
   if (status.ok()) {
-    status = store_->Publish(store_->UploadPath(name), name, partial_->blob.size_bytes());
+    status = store_->Publish(store_->UploadPath(partial_->key), name, partial_->blob.size_bytes());
   }
-  store_->Drop(name, partial_->committed_size);
+  store_->Drop(partial_->key, partial_->committed_size);
   complete_ = status.ok();
   return status;
 }
@@ -176,8 +182,8 @@ std::string BlobStore::PathOf(const std::string& sha256) const {
   return root_ + "/blobs/" + sha256.substr(0, 2) + "/" + sha256;
 }
 
-std::string BlobStore::UploadPath(const std::string& sha256) const {
-  return private_folder_ + "/uploads/" + sha256;
+std::string BlobStore::UploadPath(const std::string& key) const {
+  return private_folder_ + "/uploads/" + key;
 }
 
 std::string BlobStore::NewWorkPath(const std::string& job_id, int64_t epoch) const {
@@ -234,14 +240,8 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
   return blob;
 }
 
-absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const amhex::v1::BlobRef& blob) {
-  if (Contains(blob.sha256())) {
-    Touch(blob.sha256());
-    std::unique_ptr<BlobUpload> done(new BlobUpload(this, nullptr, 0));
-    done->committed_size_ = *Size(blob.sha256());
-    done->complete_ = true;
-    return done;
-  }
+absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::string& tenant,
+                                                                   const amhex::v1::BlobRef& blob) {
   if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(mutex_);
   if (active_uploads_ >= limits_.max_upload_count) {
@@ -250,7 +250,7 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const amhex::
                   std::to_string(active_uploads_) + " uploads are under way, which is the limit"),
         kUploadRetryDelay);
   }
-  auto partial = FindOrMakePartial(blob);
+  auto partial = FindOrMakePartial(UploadKey(tenant, blob.sha256()), blob);
   if (!partial.ok()) return partial.status();
   std::lock_guard<std::mutex> partial_lock((*partial)->mutex);
   const int64_t session = ++(*partial)->session;
@@ -259,8 +259,8 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const amhex::
 }
 
 absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(
-    const amhex::v1::BlobRef& blob) {
-  auto& entry = partials_[blob.sha256()];
+    const std::string& key, const amhex::v1::BlobRef& blob) {
+  auto& entry = partials_[key];
   if (entry) {
     std::lock_guard<std::mutex> lock(entry->mutex);
     if (entry->done) return Superseded();
@@ -268,8 +268,9 @@ absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartia
     entry->done = true;  // one of the two sizes is wrong; the digest will tell which
   }
   auto partial = std::make_shared<BlobUpload::Partial>();
+  partial->key = key;
   partial->blob = blob;
-  auto fd = OpenFile(UploadPath(blob.sha256()), O_RDWR | O_CREAT);
+  auto fd = OpenFile(UploadPath(key), O_RDWR | O_CREAT);
   if (!fd.ok()) return fd.status();
   auto size = FileSize(fd->get());
   if (!size.ok()) return size.status();
@@ -287,10 +288,9 @@ absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartia
   return partial;
 }
 
-int64_t BlobStore::CommittedSize(const std::string& sha256) const {
-  if (auto size = Size(sha256); size.ok()) return *size;
+int64_t BlobStore::UploadedSize(const std::string& tenant, const std::string& sha256) const {
   std::error_code error;
-  const auto size = fs::file_size(UploadPath(sha256), error);
+  const auto size = fs::file_size(UploadPath(UploadKey(tenant, sha256)), error);
   return error ? 0 : static_cast<int64_t>(size);
 }
 
@@ -328,11 +328,11 @@ absl::Status BlobStore::Publish(const std::string& from, const std::string& sha2
   return absl::OkStatus();
 }
 
-void BlobStore::Drop(const std::string& sha256, int64_t committed_size) {
-  unlink(UploadPath(sha256).c_str());
+void BlobStore::Drop(const std::string& key, int64_t committed_size) {
+  unlink(UploadPath(key).c_str());
   uploading_bytes_ -= committed_size;
   std::lock_guard<std::mutex> lock(mutex_);
-  partials_.erase(sha256);
+  partials_.erase(key);
 }
 
 int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,

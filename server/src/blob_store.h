@@ -1,7 +1,9 @@
 // Inputs and results as files named by the SHA-256 of their bytes.
 //
-// Layout under the root: blobs/ab/<sha256> complete blobs, uploads/<sha256> partial ones, scratch/
-// what workers are writing. A blob appears under its name only when complete, checked and durable.
+// Layout under the root: blobs/ab/<sha256> complete blobs, uploads/<tenant's digest>-<sha256>
+// partial ones, scratch/ what workers are writing. A blob appears under its name only when
+// complete, checked and durable. Tenants share blobs but not uploads: whoever has not shown all of
+// a blob's bytes cannot learn that it is there.
 #pragma once
 
 #include <atomic>
@@ -46,7 +48,7 @@ class BlobUpload {
   BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session);
 
   BlobStore* store_;
-  std::shared_ptr<Partial> partial_;  // null when the blob was there already
+  const std::shared_ptr<Partial> partial_;
   int64_t session_ = 0;
   int64_t committed_size_ = 0;
   bool complete_ = false;
@@ -71,10 +73,12 @@ class BlobStore {
 
   absl::StatusOr<amhex::v1::BlobRef> Put(const std::string& bytes);
 
-  // Begins or continues an upload; an older stream of the same blob is superseded.
-  absl::StatusOr<std::unique_ptr<BlobUpload>> StartUpload(const amhex::v1::BlobRef& blob);
-  // Bytes stored of a blob, complete or not.
-  int64_t CommittedSize(const std::string& sha256) const;
+  // Begins or continues a tenant's upload, even of a blob that is there; an older stream of the
+  // same is superseded.
+  absl::StatusOr<std::unique_ptr<BlobUpload>> StartUpload(const std::string& tenant,
+                                                          const amhex::v1::BlobRef& blob);
+  // Bytes stored of a tenant's upload that is not complete.
+  int64_t UploadedSize(const std::string& tenant, const std::string& sha256) const;
 
   // An open descriptor stays readable even if the blob is collected meanwhile.
   absl::StatusOr<UniqueFd> OpenForRead(const std::string& sha256) const;
@@ -99,17 +103,17 @@ class BlobStore {
   BlobStore(std::string root, const Limits& limits, std::string private_folder);
 
   absl::Status CheckRoom(int64_t more_bytes) const;
-  std::string UploadPath(const std::string& sha256) const;
+  std::string UploadPath(const std::string& key) const;
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
-      const amhex::v1::BlobRef& blob);
-  void Drop(const std::string& sha256, int64_t committed_size);
+      const std::string& key, const amhex::v1::BlobRef& blob);
+  void Drop(const std::string& key, int64_t committed_size);
 
   const std::string root_;
   const std::string private_folder_;
   const Limits limits_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by sha256
+  std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by key
   int64_t total_bytes_ = 0;
   std::atomic<int64_t> uploading_bytes_{0};
   int32_t active_uploads_ = 0;

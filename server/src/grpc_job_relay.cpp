@@ -26,7 +26,7 @@ class GrpcJobRelay::Stream final : public grpc::ClientReadReactor<amhex::v1::Wat
 
   void Start(const std::string& job_id, const std::string& token) {
     self_ = shared_from_this();
-    context_.AddMetadata(kClusterTokenKey, token);
+    if (!token.empty()) context_.AddMetadata("authorization", "Bearer " + token);
     request_.set_name(JobName(job_id));
     stub_->async()->WatchJob(&context_, &request_, this);
     StartRead(&frame_);
@@ -162,7 +162,7 @@ void GrpcJobRelay::Follow(const std::string& job_id, const std::string& address,
   }
   entry.address = address;
   entry.stream = std::make_shared<Stream>(ChannelLocked(address), std::move(feed));
-  entry.stream->Start(job_id, options_.cluster_token);
+  entry.stream->Start(job_id, options_.token);
 }
 
 void GrpcJobRelay::Unfollow(const std::string& job_id) {

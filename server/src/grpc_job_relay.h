@@ -18,11 +18,9 @@ class GrpcJobRelay : public JobRelay {
  public:
   struct Options {
     std::shared_ptr<grpc::ChannelCredentials> credentials;
-    // Sent with every call as kClusterTokenKey; tells the other node that a node asks.
-    std::string cluster_token;
+    // Sent with every call; must have the role read-all on the other nodes. Empty: none.
+    std::string token;
   };
-  // Metadata of calls between nodes.
-  static constexpr char kClusterTokenKey[] = "amhex-cluster-token";
 
   explicit GrpcJobRelay(const Options& options) : options_(options) {}
   ~GrpcJobRelay() override;

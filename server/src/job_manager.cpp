@@ -9,9 +9,9 @@
 #include "errors.h"
 #include "google/protobuf/io/coded_stream.h"
 #include "google/protobuf/io/zero_copy_stream_impl_lite.h"
-#include "input_preflight.h"
 #include "job.h"
 #include "job_id.h"
+#include "job_record.h"
 #include "logging.h"
 #include "status_macros.h"
 #include "time_convert.h"
@@ -21,9 +21,17 @@ namespace {
 
 using amhex::v1::Job;
 
-// Enough of an input to reach its counts, unless it carries much metadata.
-constexpr size_t kPreflightBytes = 64 * 1024;
 constexpr absl::Duration kDrainRetryDelay = absl::Seconds(5);
+
+std::string DeterministicBytes(const google::protobuf::MessageLite& message) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeToCodedStream(&coded);
+  coded.Trim();
+  return bytes;
+}
 
 // A digest of the request without its request_id; equal requests give equal digests.
 std::string RequestHash(const amhex::v1::SubmitJobRequest& request,
@@ -31,14 +39,20 @@ std::string RequestHash(const amhex::v1::SubmitJobRequest& request,
   amhex::v1::SubmitJobRequest canonical = request;
   canonical.clear_request_id();
   *canonical.mutable_input_blob() = input;
-  std::string bytes;
-  {
-    google::protobuf::io::StringOutputStream stream(&bytes);
-    google::protobuf::io::CodedOutputStream coded(&stream);
-    coded.SetSerializationDeterministic(true);
-    canonical.SerializeToCodedStream(&coded);
+  return Sha256Hex(DeterministicBytes(canonical));
+}
+
+// What decides the bits of a result. Neither the number of threads nor the bounds of a run do.
+std::string CacheKey(const Job& job, const std::string& engine_build) {
+  Job deciding;
+  deciding.mutable_input()->set_sha256(job.input().sha256());
+  deciding.set_input_encoding(job.input_encoding());
+  *deciding.mutable_params() = job.params();
+  if (deciding.params().has_run()) {
+    deciding.mutable_params()->mutable_run()->clear_thread_count();
+    deciding.mutable_params()->mutable_run()->clear_memory_limit_bytes();
   }
-  return Sha256Hex(bytes);
+  return Sha256Hex(engine_build + "\n" + DeterministicBytes(deciding));
 }
 
 FinalOutcome Outcome(Job::State state, const absl::Status& error) {
@@ -114,55 +128,11 @@ absl::Status JobManager::CheckDraining() const {
                         kDrainRetryDelay);
 }
 
-absl::StatusOr<amhex::v1::BlobRef> JobManager::CheckBlob(const amhex::v1::BlobRef& blob) {
-  const auto size = blobs_->Size(blob.sha256());
-  if (!size.ok()) {
-    return WithPrecondition(
-        MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::BLOB_MISSING,
-                  "no blob " + blob.sha256() + " is stored; upload it first"),
-        "MISSING", "blobs/" + blob.sha256());
-  }
-  if (blob.size_bytes() != 0 && blob.size_bytes() != *size) {
-    FieldViolations bad;
-    bad.Add("input_blob.size_bytes", "is " + std::to_string(blob.size_bytes()) +
-                                         ", but the blob has " + std::to_string(*size) + " bytes");
-    return bad.ToStatus();
-  }
-  blobs_->Touch(blob.sha256());
-  amhex::v1::BlobRef whole = blob;
-  whole.set_size_bytes(*size);
-  return whole;
-}
-
-absl::StatusOr<amhex::v1::BlobRef> JobManager::AdmitInput(
-    const amhex::v1::SubmitJobRequest& request) {
-  amhex::v1::BlobRef input;
-  std::string head;
-  if (request.has_input_blob()) {
-    AMHEX_ASSIGN_OR_RETURN(input, CheckBlob(request.input_blob()));
-    AMHEX_ASSIGN_OR_RETURN(const UniqueFd fd, blobs_->OpenForRead(input.sha256()));
-    head.resize(kPreflightBytes);
-    AMHEX_ASSIGN_OR_RETURN(const size_t got, ReadAt(fd.get(), head.data(), head.size(), 0));
-    head.resize(got);
-  } else {
-    input.set_size_bytes(static_cast<int64_t>(request.inline_input().size()));
-  }
-  const std::string& bytes = request.has_input_blob() ? head : request.inline_input();
-  const absl::Status verdict = PreflightInput(
-      request.input_encoding(),
-      {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), input.size_bytes()},
-      options_.limits);
-  if (!verdict.ok()) {
-    metrics_->DecodeRejected(ReasonOf(verdict)).Increment();
-    return verdict;
-  }
-  if (request.has_input_blob()) return input;
-  return blobs_->Put(request.inline_input());
-}
-
-NewJob JobManager::MakeNewJob(const amhex::v1::SubmitJobRequest& request,
-                              const amhex::v1::BlobRef& input) {
+NewJob JobManager::MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
+                              const amhex::v1::BlobRef& input, const Admission& admission) {
   NewJob fresh;
+  fresh.tenant = caller.tenant;
+  fresh.memory_bytes = admission.memory_bytes;
   fresh.id = MakeUuid(absl::Now());
   fresh.request_id = request.request_id();
   fresh.request_hash = RequestHash(request, input);
@@ -181,27 +151,40 @@ NewJob JobManager::MakeNewJob(const amhex::v1::SubmitJobRequest& request,
   *job.mutable_run_timeout() =
       request.has_run_timeout() ? request.run_timeout() : ToProto(options_.limits.max_run_duration);
   job.set_max_attempts(options_.limits.max_attempts);
+  job.set_trace_parent(admission.trace_parent);
+  if (!options_.engine_build.empty() && !request.skip_cache()) {
+    fresh.cache_key = CacheKey(job, options_.engine_build);
+  }
   return fresh;
 }
 
-absl::StatusOr<Job> JobManager::Submit(const amhex::v1::SubmitJobRequest& request) {
+absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
+                                       const amhex::v1::SubmitJobRequest& request,
+                                       const Admission& admission) {
   AMHEX_RETURN_IF_ERROR(CheckDraining());
   SubmittedJob submitted;
   {
-    std::lock_guard<std::mutex> admission(admission_mutex_);
-    AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, AdmitInput(request));
-    AMHEX_ASSIGN_OR_RETURN(
-        submitted, store_->Submit(MakeNewJob(request, input), options_.limits.max_queued_job_count,
-                                  absl::Now()));
+    std::lock_guard<std::mutex> lock(admission_mutex_);
+    AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, AdmitInput(caller, request));
+    AMHEX_ASSIGN_OR_RETURN(submitted,
+                           store_->Submit(MakeNewJob(caller, request, input, admission),
+                                          options_.limits.max_queued_job_count, absl::Now()));
   }
-  if (submitted.is_new) {
-    metrics_->jobs_submitted.Increment();
-    LogInfo("job_queued", {{"job", submitted.job.name()},
-                           {"input_bytes", submitted.job.input().size_bytes()},
-                           {"priority", int64_t{submitted.job.priority()}}});
+  const Job& job = submitted.job;
+  if (!submitted.is_new) return job;
+  metrics_->jobs_submitted.Increment();
+  metrics_->ResultCache(IsFinal(job.state()) ? "hit" : "miss").Increment();
+  LogInfo("job_queued", {{"job", job.name()},
+                         {"tenant", job.tenant()},
+                         {"input_bytes", job.input().size_bytes()},
+                         {"priority", int64_t{job.priority()}},
+                         {"trace_parent", job.trace_parent()}});
+  if (IsFinal(job.state())) {
+    CountFinished(job);
+  } else {
     WakeSlots();
   }
-  return submitted.job;
+  return job;
 }
 
 std::shared_ptr<JobFeed> JobManager::FindFeed(const std::string& id) {
@@ -217,8 +200,20 @@ std::shared_ptr<JobFeed> JobManager::FeedFor(const std::string& id, const Job& j
   return feed;
 }
 
-absl::StatusOr<Job> JobManager::Get(const std::string& id) {
+absl::StatusOr<Job> JobManager::GetSeen(const Caller& caller, const std::string& id) {
   AMHEX_ASSIGN_OR_RETURN(Job job, store_->Get(id));
+  if (!caller.Sees(job.tenant())) return JobNotFound(id);
+  return job;
+}
+
+absl::StatusOr<Job> JobManager::GetRuled(const Caller& caller, const std::string& id) {
+  AMHEX_ASSIGN_OR_RETURN(Job job, store_->Get(id));
+  if (!caller.Rules(job.tenant())) return JobNotFound(id);
+  return job;
+}
+
+absl::StatusOr<Job> JobManager::Get(const Caller& caller, const std::string& id) {
+  AMHEX_ASSIGN_OR_RETURN(Job job, GetSeen(caller, id));
   if (job.state() != Job::RUNNING) return job;
   const auto feed = FindFeed(id);
   if (!feed) return job;
@@ -229,10 +224,13 @@ absl::StatusOr<Job> JobManager::Get(const std::string& id) {
   return job;
 }
 
-absl::StatusOr<JobPage> JobManager::List(const JobQuery& query) { return store_->List(query); }
+absl::StatusOr<JobPage> JobManager::List(const Caller& caller, JobQuery query) {
+  if (!caller.Has(Role::kReadAll)) query.tenant = caller.tenant.name;
+  return store_->List(query);
+}
 
-absl::StatusOr<Job> JobManager::Cancel(const std::string& id) {
-  AMHEX_ASSIGN_OR_RETURN(const Job before, store_->Get(id));
+absl::StatusOr<Job> JobManager::Cancel(const Caller& caller, const std::string& id) {
+  AMHEX_ASSIGN_OR_RETURN(const Job before, GetRuled(caller, id));
   if (IsFinal(before.state())) return before;
   AMHEX_ASSIGN_OR_RETURN(const Job job, store_->RequestCancel(id, CancelledOutcome(), absl::Now()));
   const std::shared_ptr<Attempt> attempt = FindAttempt(id);
@@ -244,7 +242,8 @@ absl::StatusOr<Job> JobManager::Cancel(const std::string& id) {
   return job;
 }
 
-absl::Status JobManager::Delete(const std::string& id) {
+absl::Status JobManager::Delete(const Caller& caller, const std::string& id) {
+  AMHEX_RETURN_IF_ERROR(GetRuled(caller, id).status());
   AMHEX_RETURN_IF_ERROR(store_->Delete(id));
   std::lock_guard<std::mutex> lock(mutex_);
   feeds_.erase(id);
@@ -253,15 +252,16 @@ absl::Status JobManager::Delete(const std::string& id) {
 }
 
 absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
-    const std::string& id, int64_t after_seq, absl::Duration min_interval,
+    const Caller& caller, const amhex::v1::WatchJobRequest& request,
     std::shared_ptr<FeedListener> listener) {
+  const std::string id = JobIdFromName(request.name());
   // The feed is made before the job is read, so that no change between the two is missed.
-  AMHEX_ASSIGN_OR_RETURN(const Job before, store_->Get(id));
+  AMHEX_ASSIGN_OR_RETURN(const Job before, GetSeen(caller, id));
   const auto feed = FeedFor(id, before);
   AMHEX_ASSIGN_OR_RETURN(const Job after, store_->Get(id));
   if (after.state() != feed->state()) feed->PublishJob(after);
-  auto reader = FeedReader::Open(feed, after_seq, min_interval, options_.limits.max_watcher_count,
-                                 std::move(listener));
+  auto reader = FeedReader::Open(feed, request.after_seq(), FromProto(request.min_interval()),
+                                 options_.limits.max_watcher_count, std::move(listener));
   if (options_.relay) RefreshForeignFeed(id, feed);
   std::lock_guard<std::mutex> lock(mutex_);
   if (std::find(watched_feeds_.begin(), watched_feeds_.end(), feed) == watched_feeds_.end()) {

@@ -17,6 +17,7 @@
 #include "absl/time/time.h"
 #include "amhex/v1/meshing_service.pb.h"
 #include "blob_store.h"
+#include "caller.h"
 #include "job_feed.h"
 #include "job_relay.h"
 #include "job_store.h"
@@ -51,6 +52,12 @@ class Attempt {
   std::atomic<int64_t> cancel_time_nanos_{0};
 };
 
+// What is known of a job before it is queued, besides its request.
+struct Admission {
+  int64_t memory_bytes = 0;  // expected peak of the worker; 0: not known
+  std::string trace_parent;  // W3C; empty: none
+};
+
 // Thread-safe. The methods that touch the store block for its disk.
 class JobManager {
  public:
@@ -61,6 +68,8 @@ class JobManager {
     // Where the others reach this one, and how it follows jobs that run on them; null: no others.
     std::string address;
     std::shared_ptr<JobRelay> relay;
+    // Build of the engine, part of the key under which results are shared; empty: none are.
+    std::string engine_build;
     absl::Duration lease = absl::Seconds(30);
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
@@ -76,18 +85,39 @@ class JobManager {
                                                             Metrics* metrics);
   ~JobManager();
 
-  // For the service. The request's fields have been checked (request_checks.h).
-  absl::StatusOr<amhex::v1::Job> Submit(const amhex::v1::SubmitJobRequest& request);
+  // For the service. The request's fields and the caller's role have been checked. What belongs to
+  // a tenant that the caller does not see is NOT_FOUND.
+  absl::StatusOr<amhex::v1::Job> Submit(const Caller& caller,
+                                        const amhex::v1::SubmitJobRequest& request,
+                                        const Admission& admission = {});
   // Where an input's bytes are, for validate_only: checks and stores it like Submit.
-  absl::StatusOr<amhex::v1::BlobRef> AdmitInput(const amhex::v1::SubmitJobRequest& request);
-  absl::StatusOr<amhex::v1::Job> Get(const std::string& id);
-  absl::StatusOr<JobPage> List(const JobQuery& query);
-  absl::StatusOr<amhex::v1::Job> Cancel(const std::string& id);
-  absl::Status Delete(const std::string& id);
-  absl::StatusOr<std::unique_ptr<FeedReader>> Watch(const std::string& id, int64_t after_seq,
-                                                    absl::Duration min_interval,
+  absl::StatusOr<amhex::v1::BlobRef> AdmitInput(const Caller& caller,
+                                                const amhex::v1::SubmitJobRequest& request);
+  absl::StatusOr<amhex::v1::Job> Get(const Caller& caller, const std::string& id);
+  absl::StatusOr<JobPage> List(const Caller& caller, JobQuery query);
+  absl::StatusOr<amhex::v1::Job> Cancel(const Caller& caller, const std::string& id);
+  absl::Status Delete(const Caller& caller, const std::string& id);
+  absl::StatusOr<std::unique_ptr<FeedReader>> Watch(const Caller& caller,
+                                                    const amhex::v1::WatchJobRequest& request,
                                                     std::shared_ptr<FeedListener> listener);
-  BlobStore& blobs() { return *blobs_; }
+
+  // Blobs, as far as they are the caller's (job_manager_blobs.cpp).
+  struct UploadState {
+    int64_t committed_size = 0;
+    bool complete = false;
+  };
+  absl::StatusOr<UploadState> FindUpload(const Caller& caller, const amhex::v1::BlobRef& blob);
+  absl::StatusOr<std::unique_ptr<BlobUpload>> StartUpload(const Caller& caller,
+                                                          const amhex::v1::BlobRef& blob);
+  // Ends an upload and makes the blob the caller's.
+  absl::Status FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
+                            BlobUpload* upload);
+  absl::StatusOr<UniqueFd> OpenBlob(const Caller& caller, const std::string& sha256);
+  // Whether the caller has the blob; if so, keeps it for another while.
+  absl::StatusOr<bool> HasBlob(const Caller& caller, const amhex::v1::BlobRef& blob);
+  // For workers of this machine.
+  std::string PathOfBlob(const std::string& sha256) const { return blobs_->PathOf(sha256); }
+
   Metrics& metrics() { return *metrics_; }
   const Options& options() const { return options_; }
 
@@ -116,9 +146,16 @@ class JobManager {
   JobManager(const Options& options, std::unique_ptr<JobStore> store,
              std::unique_ptr<BlobStore> blobs, Metrics* metrics, int64_t generation);
 
-  absl::StatusOr<amhex::v1::BlobRef> CheckBlob(const amhex::v1::BlobRef& blob);
+  absl::StatusOr<amhex::v1::BlobRef> CheckBlob(const Caller& caller,
+                                               const amhex::v1::BlobRef& blob);
+  absl::Status CheckBlobQuota(const Tenant& tenant, int64_t more_bytes);
+  // The job if the caller sees it, else NOT_FOUND.
+  absl::StatusOr<amhex::v1::Job> GetSeen(const Caller& caller, const std::string& id);
+  // The job if the caller may change it, else NOT_FOUND.
+  absl::StatusOr<amhex::v1::Job> GetRuled(const Caller& caller, const std::string& id);
   absl::Status CheckDraining() const;
-  NewJob MakeNewJob(const amhex::v1::SubmitJobRequest& request, const amhex::v1::BlobRef& input);
+  NewJob MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
+                    const amhex::v1::BlobRef& input, const Admission& admission);
   std::shared_ptr<JobFeed> FeedFor(const std::string& id, const amhex::v1::Job& job);
   std::shared_ptr<JobFeed> FindFeed(const std::string& id);
   void Finish(Attempt& attempt, const FinalOutcome& outcome);

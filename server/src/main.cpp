@@ -12,6 +12,8 @@
 #include "logging.h"
 #include "server.h"
 #include "server_options.h"
+#include "sha256.h"
+#include "token_file.h"
 
 namespace amhex::server {
 namespace {
@@ -65,6 +67,11 @@ void BoundTeardown() {
 int Main(int argc, char** argv) {
   int exit_code = EXIT_SUCCESS;
   const auto options = ParseOptions(argc, argv, &exit_code);
+  if (options.ok() && options->new_token) {
+    const std::string token = NewToken();
+    std::cout << "token:   " << token << "\nSHA-256: " << Sha256Hex(token) << "\n";
+    return EXIT_SUCCESS;
+  }
   if (!options.ok()) {
     if (exit_code != EXIT_SUCCESS) std::cerr << "amhexd: " << options.status().message() << "\n";
     return exit_code;

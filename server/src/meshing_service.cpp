@@ -12,20 +12,42 @@ namespace amhex::server {
 
 using amhex::v1::Job;
 
+namespace {
+
+// W3C: version-traceid-parentid-flags, 55 bytes in version 00. Anything else is not carried.
+std::string TraceParentOf(const grpc::CallbackServerContext& context) {
+  constexpr size_t kLength = 55;
+  const auto header = context.client_metadata().find("traceparent");
+  if (header == context.client_metadata().end()) return "";
+  const std::string value(header->second.data(), header->second.size());
+  const bool plausible =
+      value.size() == kLength && value.find_first_not_of("0123456789abcdef-") == std::string::npos;
+  return plausible ? value : "";
+}
+
+}  // namespace
+
 grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* context,
-                                                 BlockingExecutor* executor,
-                                                 std::function<absl::Status()> call) {
+                                                 const Order& order,
+                                                 std::function<absl::Status(const Caller&)> call) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  executor->Post([reactor, call = std::move(call)] { reactor->Finish(ToGrpc(call())); });
+  auto caller = authenticator_->Identify(*context, order.roles);
+  if (!caller.ok()) {
+    reactor->Finish(ToGrpc(caller.status()));
+    return reactor;
+  }
+  order.executor->Post([reactor, caller = *std::move(caller), call = std::move(call)] {
+    reactor->Finish(ToGrpc(call(caller)));
+  });
   return reactor;
 }
 
 absl::StatusOr<amhex::v1::CostEstimate> MeshingService::Estimate(
-    const amhex::v1::SubmitJobRequest& request) {
-  AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, manager_->AdmitInput(request));
+    const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
+  AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, manager_->AdmitInput(caller, request));
   const Limits& limits = manager_->options().limits;
   amhex::worker::RunJob order;
-  order.set_input_path(manager_->blobs().PathOf(input.sha256()));
+  order.set_input_path(manager_->PathOfBlob(input.sha256()));
   order.set_input_encoding(request.input_encoding());
   order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
   order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);
@@ -34,14 +56,18 @@ absl::StatusOr<amhex::v1::CostEstimate> MeshingService::Estimate(
   return pool_->Estimate(std::move(order));
 }
 
-absl::Status MeshingService::Submit(const amhex::v1::SubmitJobRequest& request,
+absl::Status MeshingService::Submit(const Caller& caller,
+                                    const grpc::CallbackServerContext& context,
+                                    const amhex::v1::SubmitJobRequest& request,
                                     amhex::v1::SubmitJobResponse* response) {
   AMHEX_RETURN_IF_ERROR(CheckSubmit(request, manager_->options().limits));
   if (request.validate_only()) {
-    AMHEX_ASSIGN_OR_RETURN(*response->mutable_estimate(), Estimate(request));
+    AMHEX_ASSIGN_OR_RETURN(*response->mutable_estimate(), Estimate(caller, request));
     return absl::OkStatus();
   }
-  AMHEX_ASSIGN_OR_RETURN(*response->mutable_job(), manager_->Submit(request));
+  Admission admission;
+  admission.trace_parent = TraceParentOf(context);
+  AMHEX_ASSIGN_OR_RETURN(*response->mutable_job(), manager_->Submit(caller, request, admission));
   return absl::OkStatus();
 }
 
@@ -49,75 +75,84 @@ grpc::ServerUnaryReactor* MeshingService::SubmitJob(grpc::CallbackServerContext*
                                                     const amhex::v1::SubmitJobRequest* request,
                                                     amhex::v1::SubmitJobResponse* response) {
   BlockingExecutor* const executor = request->validate_only() ? &estimate_executor_ : executor_;
-  return Answer(context, executor,
-                [this, request, response] { return Submit(*request, response); });
+  return Answer(context, {executor, {Role::kSubmit}},
+                [this, context, request, response](const Caller& caller) {
+                  return Submit(caller, *context, *request, response);
+                });
 }
 
 grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* context,
                                                  const amhex::v1::GetJobRequest* request,
                                                  Job* response) {
-  return Answer(context, executor_, [this, request, response]() -> absl::Status {
-    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
-    AMHEX_ASSIGN_OR_RETURN(*response, manager_->Get(id));
-    return absl::OkStatus();
-  });
+  return Answer(context, {executor_, {Role::kRead, Role::kReadAll}},
+                [this, request, response](const Caller& caller) -> absl::Status {
+                  AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+                  AMHEX_ASSIGN_OR_RETURN(*response, manager_->Get(caller, id));
+                  return absl::OkStatus();
+                });
 }
 
 grpc::ServerUnaryReactor* MeshingService::ListJobs(grpc::CallbackServerContext* context,
                                                    const amhex::v1::ListJobsRequest* request,
                                                    amhex::v1::ListJobsResponse* response) {
-  return Answer(context, executor_, [this, request, response]() -> absl::Status {
-    AMHEX_ASSIGN_OR_RETURN(const JobQuery query, CheckList(*request, manager_->options().limits));
-    AMHEX_ASSIGN_OR_RETURN(JobPage page, manager_->List(query));
-    for (Job& job : page.jobs) *response->add_jobs() = std::move(job);
-    if (page.next_before_number > 0) {
-      response->set_next_page_token(MakePageToken(*request, page.next_before_number));
-    }
-    return absl::OkStatus();
-  });
+  return Answer(context, {executor_, {Role::kRead, Role::kReadAll}},
+                [this, request, response](const Caller& caller) -> absl::Status {
+                  AMHEX_ASSIGN_OR_RETURN(const JobQuery query,
+                                         CheckList(*request, manager_->options().limits));
+                  AMHEX_ASSIGN_OR_RETURN(JobPage page, manager_->List(caller, query));
+                  for (Job& job : page.jobs) *response->add_jobs() = std::move(job);
+                  if (page.next_before_number > 0) {
+                    response->set_next_page_token(MakePageToken(*request, page.next_before_number));
+                  }
+                  return absl::OkStatus();
+                });
 }
 
 grpc::ServerWriteReactor<amhex::v1::WatchJobResponse>* MeshingService::WatchJob(
-    grpc::CallbackServerContext*, const amhex::v1::WatchJobRequest* request) {
-  return new WatchReactor(*request, manager_, executor_);
+    grpc::CallbackServerContext* context, const amhex::v1::WatchJobRequest* request) {
+  return new WatchReactor(authenticator_->Identify(*context, {Role::kRead, Role::kReadAll}),
+                          *request, manager_, executor_);
 }
 
 grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::CancelJobRequest* request,
                                                     Job* response) {
-  return Answer(context, executor_, [this, request, response]() -> absl::Status {
-    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
-    AMHEX_ASSIGN_OR_RETURN(*response, manager_->Cancel(id));
-    return absl::OkStatus();
-  });
+  return Answer(context, {executor_, {Role::kSubmit}},
+                [this, request, response](const Caller& caller) -> absl::Status {
+                  AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+                  AMHEX_ASSIGN_OR_RETURN(*response, manager_->Cancel(caller, id));
+                  return absl::OkStatus();
+                });
 }
 
 grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::DeleteJobRequest* request,
                                                     google::protobuf::Empty*) {
-  return Answer(context, executor_, [this, request]() -> absl::Status {
-    AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
-    return manager_->Delete(id);
-  });
+  return Answer(context, {executor_, {Role::kSubmit}},
+                [this, request](const Caller& caller) -> absl::Status {
+                  AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
+                  return manager_->Delete(caller, id);
+                });
 }
 
 grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerContext* context,
                                                           const amhex::v1::GetCapabilitiesRequest*,
                                                           amhex::v1::Capabilities* response) {
-  return Answer(context, executor_, [this, response]() -> absl::Status {
-    const amhex::worker::Hello hello = pool_->hello();
-    response->set_server_version(kServerVersion);
-    response->set_engine_version(hello.engine_version());
-    response->add_api_versions("amhex.v1");
-    *response->mutable_limits() = ToProto(manager_->options().limits);
-    *response->mutable_backends() = hello.backends();
-    response->add_input_encodings(amhex::v1::INPUT_ENCODING_DRACO);
-    response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
-    response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
-    response->set_worker_count(pool_->ready_count());
-    response->set_draining(manager_->draining());
-    return absl::OkStatus();
-  });
+  return Answer(context, {executor_, {Role::kRead, Role::kSubmit, Role::kReadAll}},
+                [this, response](const Caller&) -> absl::Status {
+                  const amhex::worker::Hello hello = pool_->hello();
+                  response->set_server_version(kServerVersion);
+                  response->set_engine_version(hello.engine_version());
+                  response->add_api_versions("amhex.v1");
+                  *response->mutable_limits() = ToProto(manager_->options().limits);
+                  *response->mutable_backends() = hello.backends();
+                  response->add_input_encodings(amhex::v1::INPUT_ENCODING_DRACO);
+                  response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
+                  response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
+                  response->set_worker_count(pool_->ready_count());
+                  response->set_draining(manager_->draining());
+                  return absl::OkStatus();
+                });
 }
 
 }  // namespace amhex::server

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
+#include "authenticator.h"
 #include "blocking_executor.h"
 #include "job_manager.h"
 #include "worker_pool.h"
@@ -15,9 +16,18 @@ namespace amhex::server {
 
 class MeshingService final : public amhex::v1::Mesher::CallbackService {
  public:
-  // All three must outlive the gRPC server.
-  MeshingService(JobManager* manager, WorkerPool* pool, BlockingExecutor* executor)
-      : manager_(manager), pool_(pool), executor_(executor) {}
+  // All must outlive the gRPC server.
+  struct Parts {
+    JobManager* manager;
+    WorkerPool* pool;
+    Authenticator* authenticator;
+    BlockingExecutor* executor;
+  };
+  explicit MeshingService(const Parts& parts)
+      : manager_(parts.manager),
+        pool_(parts.pool),
+        authenticator_(parts.authenticator),
+        executor_(parts.executor) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context,
                                       const amhex::v1::SubmitJobRequest* request,
@@ -41,17 +51,24 @@ class MeshingService final : public amhex::v1::Mesher::CallbackService {
                                             amhex::v1::Capabilities* response) override;
 
  private:
-  // Runs `call` on an executor and finishes the call with its status.
-  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, BlockingExecutor* executor,
-                                   std::function<absl::Status()> call);
-  absl::Status Submit(const amhex::v1::SubmitJobRequest& request,
+  // Identifies the caller, runs `call` for it on an executor, and finishes with its status.
+  struct Order {
+    BlockingExecutor* executor;
+    std::initializer_list<Role> roles;
+  };
+  grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Order& order,
+                                   std::function<absl::Status(const Caller&)> call);
+  absl::Status Submit(const Caller& caller, const grpc::CallbackServerContext& context,
+                      const amhex::v1::SubmitJobRequest& request,
                       amhex::v1::SubmitJobResponse* response);
-  absl::StatusOr<amhex::v1::CostEstimate> Estimate(const amhex::v1::SubmitJobRequest& request);
+  absl::StatusOr<amhex::v1::CostEstimate> Estimate(const Caller& caller,
+                                                   const amhex::v1::SubmitJobRequest& request);
 
   static constexpr int kEstimateThreads = 2;
 
   JobManager* const manager_;
   WorkerPool* const pool_;
+  Authenticator* const authenticator_;
   BlockingExecutor* const executor_;
   // Estimates start a worker each and take seconds; they must not hold up other calls.
   BlockingExecutor estimate_executor_{kEstimateThreads};

@@ -86,6 +86,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
           CounterFamily(*registry, "amhex_decode_rejected_total", "Inputs refused, by reason.")),
       restarts_family_(CounterFamily(*registry, "amhex_worker_restarts_total",
                                      "Workers replaced, by what ended them.")),
+      result_cache_family_(CounterFamily(*registry, "amhex_result_cache_requests_total",
+                                         "New jobs, by whether their result was there.")),
       jobs_family_(prometheus::BuildGauge()
                        .Name("amhex_jobs")
                        .Help("Jobs remembered, by state.")
@@ -117,6 +119,9 @@ Counter& Metrics::DecodeRejected(const std::string& reason) {
 }
 Counter& Metrics::WorkerRestarts(const std::string& cause) {
   return restarts_family_.Add({{"cause", cause}});
+}
+Counter& Metrics::ResultCache(const std::string& result) {
+  return result_cache_family_.Add({{"result", result}});
 }
 Gauge& Metrics::JobsInState(const std::string& state) {
   return jobs_family_.Add({{"state", state}});

@@ -27,6 +27,7 @@ class Metrics {
   prometheus::Counter& BlobBytes(const std::string& direction);     // in, out
   prometheus::Counter& DecodeRejected(const std::string& reason);
   prometheus::Counter& WorkerRestarts(const std::string& cause);
+  prometheus::Counter& ResultCache(const std::string& result);  // hit, miss
   prometheus::Counter& lease_expired;
 
   // Gauges.
@@ -56,6 +57,7 @@ class Metrics {
   prometheus::Family<prometheus::Counter>& blob_bytes_family_;
   prometheus::Family<prometheus::Counter>& decode_rejected_family_;
   prometheus::Family<prometheus::Counter>& restarts_family_;
+  prometheus::Family<prometheus::Counter>& result_cache_family_;
   prometheus::Family<prometheus::Gauge>& jobs_family_;
   prometheus::Family<prometheus::Histogram>& stage_family_;
 };

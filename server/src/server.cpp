@@ -11,6 +11,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "absl/strings/ascii.h"
+#include "amhex/mesher.h"
+#include "authenticator.h"
 #include "blob_service.h"
 #include "grpc_job_relay.h"
 #include "job_manager.h"
@@ -52,6 +55,29 @@ absl::StatusOr<std::string> MakeTemporaryFolder() {
   return path;
 }
 
+Authenticator::Mode AuthenticationMode(const ServerOptions& options) {
+  if (!options.tokens.empty()) return Authenticator::Mode::kTokens;
+  if (!options.tls.client_ca.empty()) return Authenticator::Mode::kCertificates;
+  return Authenticator::Mode::kNobodyAsked;
+}
+
+absl::StatusOr<GrpcJobRelay::Options> PeerOptions(const ServerOptions& options) {
+  GrpcJobRelay::Options peers{grpc::InsecureChannelCredentials(), ""};
+  if (!options.peer_token.empty()) {
+    AMHEX_ASSIGN_OR_RETURN(const std::string token, ReadWholeFile(options.peer_token));
+    peers.token = std::string(absl::StripAsciiWhitespace(token));
+  }
+  if (options.peer_ca.empty()) return peers;
+  grpc::SslCredentialsOptions tls;
+  AMHEX_ASSIGN_OR_RETURN(tls.pem_root_certs, ReadWholeFile(options.peer_ca));
+  if (!options.tls.client_ca.empty()) {
+    AMHEX_ASSIGN_OR_RETURN(tls.pem_cert_chain, ReadWholeFile(options.tls.certificate));
+    AMHEX_ASSIGN_OR_RETURN(tls.pem_private_key, ReadWholeFile(options.tls.key));
+  }
+  peers.credentials = grpc::SslCredentials(tls);
+  return peers;
+}
+
 std::string WithPort(const std::string& address, int port) {
   const size_t colon = address.rfind(':');
   if (address.compare(0, 4, "unix") == 0 || colon == std::string::npos) return address;
@@ -67,6 +93,7 @@ struct Server::Parts {
   std::unique_ptr<Metrics> metrics;
   std::unique_ptr<JobManager> manager;
   std::unique_ptr<WorkerPool> pool;
+  std::unique_ptr<Authenticator> authenticator;
   std::unique_ptr<BlockingExecutor> executor;
   std::unique_ptr<MeshingService> meshing_service;
   std::unique_ptr<BlobService> blob_service;
@@ -84,6 +111,8 @@ struct Server::Parts {
 };
 
 absl::Status Server::Parts::OpenStores() {
+  AMHEX_ASSIGN_OR_RETURN(authenticator,
+                         Authenticator::Create(AuthenticationMode(options), options.tokens));
   std::string folder = options.data_dir;
   if (options.ephemeral) {
     AMHEX_ASSIGN_OR_RETURN(temporary.path, MakeTemporaryFolder());
@@ -97,12 +126,13 @@ absl::Status Server::Parts::OpenStores() {
   metrics = std::make_unique<Metrics>(kServerVersion);
   JobManager::Options manager_options;
   manager_options.limits = options.limits;
+  if (options.share_results) manager_options.engine_build = EngineVersion();
   manager_options.lease = options.lease;
   if (IsCluster(options)) {
     manager_options.node = options.node_name;
     manager_options.address = AdvertisedAddress(options);
-    manager_options.relay = std::make_shared<GrpcJobRelay>(
-        GrpcJobRelay::Options{grpc::InsecureChannelCredentials(), ""});
+    AMHEX_ASSIGN_OR_RETURN(const auto relay_options, PeerOptions(options));
+    manager_options.relay = std::make_shared<GrpcJobRelay>(relay_options);
   }
   AMHEX_ASSIGN_OR_RETURN(manager, JobManager::Create(manager_options, std::move(places.store),
                                                      std::move(blobs), metrics.get()));
@@ -115,14 +145,19 @@ absl::Status Server::Parts::OpenStores() {
 
 absl::Status Server::Parts::StartGrpc() {
   executor = std::make_unique<BlockingExecutor>(kBlockingThreads);
-  meshing_service = std::make_unique<MeshingService>(manager.get(), pool.get(), executor.get());
-  blob_service = std::make_unique<BlobService>(manager.get(), executor.get());
+  meshing_service = std::make_unique<MeshingService>(
+      MeshingService::Parts{manager.get(), pool.get(), authenticator.get(), executor.get()});
+  blob_service = std::make_unique<BlobService>(manager.get(), authenticator.get(), executor.get());
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
+  const auto tls = MakeServerCredentials(options.tls);
   std::vector<int> ports(options.listen.size(), 0);
   for (size_t i = 0; i < options.listen.size(); ++i) {
-    builder.AddListeningPort(options.listen[i], grpc::InsecureServerCredentials(), &ports[i]);
+    // Whoever can open a unix socket is known to the file system; TLS would add nothing.
+    const bool plain = IsUnixAddress(options.listen[i]) && options.tls.client_ca.empty();
+    builder.AddListeningPort(options.listen[i], plain ? grpc::InsecureServerCredentials() : tls,
+                             &ports[i]);
   }
   const auto max_message = static_cast<int>(options.limits.max_message_bytes);
   builder.SetMaxReceiveMessageSize(max_message);

@@ -54,7 +54,7 @@ void AddServingFlags(CLI::App* app, ServerOptions* options) {
       ->envname("AMHEX_METRICS_LISTEN")
       ->capture_default_str();
   app->add_flag("--insecure", options->insecure,
-                "Permit plaintext on addresses that other machines can reach")
+                "Permit plaintext and unknown callers on addresses that other machines can reach")
       ->envname("AMHEX_INSECURE");
   app->add_option("--data-dir", options->data_dir, "Folder of the queue and the blobs")
       ->envname("AMHEX_DATA_DIR")
@@ -80,11 +80,31 @@ void AddClusterFlags(CLI::App* app, ServerOptions* options) {
   app->add_option("--advertise", options->advertise,
                   "host:port where the other nodes reach this one; the first --listen if not given")
       ->envname("AMHEX_ADVERTISE");
+  app->add_option("--peer-token", options->peer_token,
+                  "File of a token with the role read-all, shown to the other nodes")
+      ->envname("AMHEX_PEER_TOKEN");
+  app->add_option("--peer-ca", options->peer_ca,
+                  "PEM file of the authorities of the other nodes' certificates; empty: plaintext")
+      ->envname("AMHEX_PEER_CA");
 }
 
 std::string MachineName() {
   char name[HOST_NAME_MAX + 1] = {};
   return gethostname(name, sizeof(name) - 1) == 0 ? name : "";
+}
+
+void AddSecurityFlags(CLI::App* app, ServerOptions* options) {
+  app->add_option("--tls-cert", options->tls.certificate, "PEM file of the server's certificate")
+      ->envname("AMHEX_TLS_CERT");
+  app->add_option("--tls-key", options->tls.key, "PEM file of the certificate's key")
+      ->envname("AMHEX_TLS_KEY");
+  app->add_option("--tls-client-ca", options->tls.client_ca,
+                  "PEM file of the authorities whose certificates callers must show")
+      ->envname("AMHEX_TLS_CLIENT_CA");
+  app->add_option("--tokens", options->tokens, "File of the tokens callers must show")
+      ->envname("AMHEX_TOKENS");
+  app->add_flag("--new-token", options->new_token, "Print a fresh token and its digest, and end")
+      ->configurable(false);
 }
 
 void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
@@ -165,6 +185,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   app.set_version_flag("--version", std::string(kServerVersion));
   AddServingFlags(&app, &options);
   AddClusterFlags(&app, &options);
+  AddSecurityFlags(&app, &options);
   AddWorkerFlags(&app, &options);
   AddLimitFlags(&app, &options.limits);
   AddTimeFlags(&app, &seconds);
@@ -192,14 +213,25 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
 
 absl::Status Validate(const ServerOptions& options) {
   if (options.listen.empty()) return Refuse("--listen needs at least one address");
+  if (const absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
+  const bool callers_known = !options.tokens.empty() || !options.tls.client_ca.empty();
   for (const std::string& address : options.listen) {
-    if (!IsLocalAddress(address) && !options.insecure) {
+    if (IsLocalAddress(address) || options.insecure) continue;
+    if (!options.tls.wanted()) {
       return Refuse("--listen " + address +
-                    " can be reached by other machines in plaintext; give --insecure if that is "
-                    "wanted, e.g. behind a proxy");
+                    " can be reached by other machines in plaintext; give --tls-cert and --tls-key,"
+                    " or --insecure if that is wanted, e.g. behind a proxy");
+    }
+    if (!callers_known) {
+      return Refuse("--listen " + address +
+                    " can be reached by anybody; give --tokens or --tls-client-ca, or --insecure "
+                    "if that is wanted");
     }
   }
   if (const absl::Status status = ValidateStore(options); !status.ok()) return status;
+  if (IsCluster(options) && callers_known && options.peer_token.empty()) {
+    return Refuse("--peer-token is needed where nodes ask callers who they are");
+  }
   if (options.worker_count < 1 || options.worker_count > 64) {
     return Refuse("--workers must be in [1, 64], got " + std::to_string(options.worker_count));
   }
@@ -224,10 +256,13 @@ absl::Status Validate(const ServerOptions& options) {
   return absl::OkStatus();
 }
 
+bool IsUnixAddress(const std::string& address) {
+  return StartsWith(address, kUnixPrefix) || StartsWith(address, "unix-abstract:");
+}
+
 bool IsLocalAddress(const std::string& address) {
-  return StartsWith(address, kUnixPrefix) || StartsWith(address, "unix-abstract:") ||
-         StartsWith(address, "127.") || StartsWith(address, "localhost:") ||
-         StartsWith(address, "[::1]:");
+  return IsUnixAddress(address) || StartsWith(address, "127.") ||
+         StartsWith(address, "localhost:") || StartsWith(address, "[::1]:");
 }
 
 }  // namespace amhex::server

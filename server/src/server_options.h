@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server_credentials.h"
 #include "service_limits.h"
 
 namespace amhex::server {
@@ -17,8 +18,17 @@ struct ServerOptions {
   std::vector<std::string> listen = {"127.0.0.1:50051"};
   // Address of the Prometheus page, host:port; empty: none.
   std::string metrics_listen = "127.0.0.1:9464";
-  // Permits plaintext on addresses other machines can reach.
+  // Permits plaintext and unknown callers on addresses other machines can reach.
   bool insecure = false;
+  TlsFiles tls;
+  // File of tokens (token_file.h); empty: callers need none.
+  std::string tokens;
+  // How this node calls the others of a cluster: file of a token with the role read-all, and PEM
+  // file of the authorities of their certificates. Empty: none, plaintext.
+  std::string peer_token;
+  std::string peer_ca;
+  // Whether equal jobs of a tenant share one result.
+  bool share_results = true;
 
   // Where the queue is kept: "sqlite", in the data folder, or postgres://..., shared by all nodes
   // of a cluster; then they share the data folder as well.
@@ -46,6 +56,13 @@ struct ServerOptions {
   // Time for running jobs to finish on shutdown; then they go back to the queue.
   absl::Duration drain_timeout = absl::Seconds(30);
 
+  // Prints a fresh token and ends.
+  bool new_token = false;
+  // Checks the options and the files they name, prints the configuration and ends.
+  bool check_config = false;
+  // Every option with the value in force, one "name=value" per line, secrets masked.
+  std::string effective;
+
   std::string log_level = "info";
   Limits limits;
 };
@@ -57,6 +74,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
 // INVALID_ARGUMENT naming the flag, the value and what is permitted.
 absl::Status Validate(const ServerOptions& options);
 
+bool IsUnixAddress(const std::string& address);
 // True for unix sockets and loopback addresses.
 bool IsLocalAddress(const std::string& address);
 

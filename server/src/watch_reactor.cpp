@@ -4,7 +4,6 @@
 
 #include "grpc_status.h"
 #include "request_checks.h"
-#include "time_convert.h"
 
 namespace amhex::server {
 
@@ -27,18 +26,18 @@ class WatchReactor::Waker : public FeedListener {
   WatchReactor* reactor_;
 };
 
-WatchReactor::WatchReactor(const amhex::v1::WatchJobRequest& request, JobManager* manager,
-                           BlockingExecutor* executor)
+WatchReactor::WatchReactor(absl::StatusOr<Caller> caller, const amhex::v1::WatchJobRequest& request,
+                           JobManager* manager, BlockingExecutor* executor)
     : manager_(manager), waker_(std::make_shared<Waker>(this)) {
   // gRPC keeps the call open until Finish, so the reactor outlives this task.
-  executor->Post([this, request] { Open(request); });
+  executor->Post([this, caller = std::move(caller), request] { Open(caller, request); });
 }
 
-void WatchReactor::Open(const amhex::v1::WatchJobRequest& request) {
-  absl::Status status = CheckWatch(request);
+void WatchReactor::Open(const absl::StatusOr<Caller>& caller,
+                        const amhex::v1::WatchJobRequest& request) {
+  absl::Status status = caller.ok() ? CheckWatch(request) : caller.status();
   if (status.ok()) {
-    auto reader = manager_->Watch(request.name().substr(std::string("jobs/").size()),
-                                  request.after_seq(), FromProto(request.min_interval()), waker_);
+    auto reader = manager_->Watch(*caller, request, waker_);
     status = reader.status();
     if (status.ok()) {
       std::lock_guard<std::mutex> lock(mutex_);

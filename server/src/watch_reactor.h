@@ -15,8 +15,8 @@ namespace amhex::server {
 // Owns itself: gRPC calls OnDone exactly once, which deletes it.
 class WatchReactor final : public grpc::ServerWriteReactor<amhex::v1::WatchJobResponse> {
  public:
-  WatchReactor(const amhex::v1::WatchJobRequest& request, JobManager* manager,
-               BlockingExecutor* executor);
+  WatchReactor(absl::StatusOr<Caller> caller, const amhex::v1::WatchJobRequest& request,
+               JobManager* manager, BlockingExecutor* executor);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
@@ -26,7 +26,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<amhex::v1::WatchJobRe
   // Outlives the reactor while a feed still knows it; forwards wake-ups until OnDone.
   class Waker;
 
-  void Open(const amhex::v1::WatchJobRequest& request);
+  void Open(const absl::StatusOr<Caller>& caller, const amhex::v1::WatchJobRequest& request);
   // Sends the next frame or the end, unless a write is under way.
   void Pump();
   void End(const absl::Status& status);

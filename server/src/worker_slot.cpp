@@ -128,7 +128,7 @@ bool WorkerSlot::SendOrder(const Attempt& attempt) {
   ToWorker frame;
   auto& order = *frame.mutable_run();
   order.set_job(job.name());
-  order.set_input_path(manager_->blobs().PathOf(job.input().sha256()));
+  order.set_input_path(manager_->PathOfBlob(job.input().sha256()));
   order.set_input_encoding(job.input_encoding());
   order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
   order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);

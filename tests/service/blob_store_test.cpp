@@ -8,6 +8,8 @@
 namespace amhex::server {
 namespace {
 
+constexpr char kTenant[] = "ada";
+
 amhex::v1::BlobRef RefOf(const std::string& bytes) {
   amhex::v1::BlobRef blob;
   blob.set_sha256(Sha256Hex(bytes));
@@ -27,7 +29,7 @@ class BlobStoreTest : public ::testing::Test {
   }
 
   std::unique_ptr<BlobUpload> Start(const amhex::v1::BlobRef& blob) {
-    auto upload = store_->StartUpload(blob);
+    auto upload = store_->StartUpload(kTenant, blob);
     EXPECT_TRUE(upload.ok()) << upload.status();
     return upload.ok() ? *std::move(upload) : nullptr;
   }
@@ -66,7 +68,7 @@ TEST_F(BlobStoreTest, BlobIsInvisibleUntilFinished) {
 TEST_F(BlobStoreTest, BrokenUploadContinuesAfterARestart) {
   ASSERT_TRUE(Start(blob_)->Write(0, text_.data(), 10).ok());
   Reopen();
-  EXPECT_EQ(store_->CommittedSize(blob_.sha256()), 10);
+  EXPECT_EQ(store_->UploadedSize(kTenant, blob_.sha256()), 10);
   auto upload = Start(blob_);
   EXPECT_EQ(upload->committed_size(), 10);
   ASSERT_TRUE(upload->Write(10, text_.data() + 10, text_.size() - 10).ok());
@@ -94,7 +96,7 @@ TEST_F(BlobStoreTest, WrongDigestDropsTheUpload) {
   ASSERT_TRUE(upload->Write(0, other.data(), other.size()).ok());
   EXPECT_EQ(ReasonOf(upload->Finish()), "DIGEST_MISMATCH");
   EXPECT_FALSE(store_->Contains(blob_.sha256()));
-  EXPECT_EQ(store_->CommittedSize(blob_.sha256()), 0);
+  EXPECT_EQ(store_->UploadedSize(kTenant, blob_.sha256()), 0);
 }
 
 TEST_F(BlobStoreTest, EarlyFinishIsRefusedAndTheUploadGoesOn) {
@@ -116,28 +118,35 @@ TEST_F(BlobStoreTest, NewerStreamTakesOver) {
   EXPECT_TRUE(newer->Finish().ok());
 }
 
-TEST_F(BlobStoreTest, StoredBlobNeedsNoUpload) {
+TEST_F(BlobStoreTest, UploadsOfTenantsAreApartAlsoOfABlobThatIsThere) {
   ASSERT_TRUE(store_->Put(text_).ok());
   auto upload = Start(blob_);
-  EXPECT_TRUE(upload->complete());
-  EXPECT_EQ(upload->committed_size(), blob_.size_bytes());
+  EXPECT_FALSE(upload->complete());
+  EXPECT_EQ(upload->committed_size(), 0);
+  ASSERT_TRUE(upload->Write(0, text_.data(), 10).ok());
+  EXPECT_EQ(store_->UploadedSize(kTenant, blob_.sha256()), 10);
+  EXPECT_EQ(store_->UploadedSize("bob", blob_.sha256()), 0);
+  ASSERT_TRUE(upload->Write(10, text_.data() + 10, text_.size() - 10).ok());
+  ASSERT_TRUE(upload->Finish().ok());
+  EXPECT_EQ(Content(blob_.sha256()), text_);
+  EXPECT_EQ(store_->total_bytes(), blob_.size_bytes());
 }
 
 TEST_F(BlobStoreTest, UploadsBeyondTheLimitAreRefused) {
   limits_.max_upload_count = 1;
   Reopen();
   auto first = Start(blob_);
-  const auto second = store_->StartUpload(RefOf("other"));
+  const auto second = store_->StartUpload(kTenant, RefOf("other"));
   EXPECT_EQ(ReasonOf(second.status()), "TOO_MANY_UPLOADS");
   first.reset();
-  EXPECT_TRUE(store_->StartUpload(RefOf("other")).ok());
+  EXPECT_TRUE(store_->StartUpload(kTenant, RefOf("other")).ok());
 }
 
 TEST_F(BlobStoreTest, BytesBeyondTheBudgetAreRefused) {
   limits_.max_blob_store_bytes = 10;
   Reopen();
   EXPECT_EQ(ReasonOf(store_->Put(text_).status()), "STORAGE_FULL");
-  EXPECT_EQ(ReasonOf(store_->StartUpload(blob_).status()), "STORAGE_FULL");
+  EXPECT_EQ(ReasonOf(store_->StartUpload(kTenant, blob_).status()), "STORAGE_FULL");
 }
 
 TEST_F(BlobStoreTest, AdoptedWorkBecomesABlob) {

@@ -51,13 +51,13 @@ class JobManagerTest : public ::testing::Test {
 
   // Submits and returns the id.
   std::string Submit(const std::string& script) {
-    const auto job = manager_->Submit(ScriptRequest(script));
+    const auto job = manager_->Submit(Everyone(), ScriptRequest(script));
     EXPECT_TRUE(job.ok()) << job.status();
     return job.ok() ? JobIdFromName(job->name()) : "";
   }
 
   Job Get(const std::string& id) {
-    auto job = manager_->Get(id);
+    auto job = manager_->Get(Everyone(), id);
     EXPECT_TRUE(job.ok()) << job.status();
     return job.ok() ? *std::move(job) : Job();
   }
@@ -95,7 +95,7 @@ TEST_F(JobManagerTest, JobRunsAndItsResultIsABlobWithStagesStored) {
   const Job job = Finished(id);
   ASSERT_EQ(job.state(), Job::SUCCEEDED) << job.error().message();
   EXPECT_EQ(job.stages_size(), 1);
-  EXPECT_EQ(*ReadWholeFile(manager_->blobs().PathOf(job.result().mesh().sha256())), "mesh");
+  EXPECT_EQ(*ReadWholeFile(manager_->PathOfBlob(job.result().mesh().sha256())), "mesh");
   EXPECT_EQ(job.attempt_count(), 1);
 }
 
@@ -153,7 +153,7 @@ TEST_F(JobManagerTest, CancelStopsARunningJob) {
   Start();
   const std::string id = Submit("progress 7; sleep 60000; succeed mesh;");
   ASSERT_TRUE(ReachesIteration(id, 7));
-  ASSERT_TRUE(manager_->Cancel(id).ok());
+  ASSERT_TRUE(manager_->Cancel(Everyone(), id).ok());
   const Job job = Finished(id);
   EXPECT_EQ(job.state(), Job::CANCELLED);
   EXPECT_EQ(ReasonOf(job.error()), "CANCEL_REQUESTED");
@@ -163,7 +163,7 @@ TEST_F(JobManagerTest, WorkerThatIgnoresCancelIsKilled) {
   Start();
   const std::string id = Submit("progress 7; deaf 60000; succeed mesh;");
   ASSERT_TRUE(ReachesIteration(id, 7));
-  ASSERT_TRUE(manager_->Cancel(id).ok());
+  ASSERT_TRUE(manager_->Cancel(Everyone(), id).ok());
   EXPECT_EQ(Finished(id).state(), Job::CANCELLED);
   EXPECT_EQ(Finished(Submit("succeed mesh;")).state(), Job::SUCCEEDED);
 }
@@ -173,10 +173,10 @@ TEST_F(JobManagerTest, CancelledQueuedJobNeverRuns) {
   const std::string blocker = Submit("progress 7; sleep 60000;");
   ASSERT_TRUE(ReachesIteration(blocker, 7));
   const std::string id = Submit("touch " + (folder_ / "log") + "; succeed mesh;");
-  const auto cancelled = manager_->Cancel(id);
+  const auto cancelled = manager_->Cancel(Everyone(), id);
   ASSERT_TRUE(cancelled.ok());
   EXPECT_EQ(cancelled->state(), Job::CANCELLED);
-  ASSERT_TRUE(manager_->Cancel(blocker).ok());
+  ASSERT_TRUE(manager_->Cancel(Everyone(), blocker).ok());
   EXPECT_EQ(Finished(Submit("succeed mesh;")).state(), Job::SUCCEEDED);
   EXPECT_EQ(LinesOf(folder_ / "log"), 0);
 }
@@ -185,7 +185,7 @@ TEST_F(JobManagerTest, RunTimeoutEndsEvenADeafWorker) {
   Start();
   auto request = ScriptRequest("deaf 60000;");
   request.mutable_run_timeout()->set_nanos(50'000'000);
-  const auto submitted = manager_->Submit(request);
+  const auto submitted = manager_->Submit(Everyone(), request);
   ASSERT_TRUE(submitted.ok());
   const Job job = Finished(JobIdFromName(submitted->name()));
   EXPECT_EQ(job.state(), Job::FAILED);
@@ -198,7 +198,7 @@ TEST_F(JobManagerTest, QueueTimeoutEndsAWaitingJob) {
   ASSERT_TRUE(ReachesIteration(blocker, 7));
   auto request = ScriptRequest("succeed mesh;");
   request.mutable_queue_timeout()->set_nanos(10'000'000);
-  const auto submitted = manager_->Submit(request);
+  const auto submitted = manager_->Submit(Everyone(), request);
   ASSERT_TRUE(submitted.ok());
   const Job job = Finished(JobIdFromName(submitted->name()));
   EXPECT_EQ(ReasonOf(job.error()), "QUEUE_TIMEOUT");
@@ -230,7 +230,7 @@ TEST_F(JobManagerTest, DrainLetsRunningJobsFinishInTime) {
 TEST_F(JobManagerTest, DrainingManagerRefusesNewJobs) {
   Start();
   manager_->StartDraining();
-  const auto refused = manager_->Submit(ScriptRequest("succeed mesh;"));
+  const auto refused = manager_->Submit(Everyone(), ScriptRequest("succeed mesh;"));
   EXPECT_EQ(refused.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(ReasonOf(refused.status()), "SERVER_DRAINING");
 }
@@ -261,7 +261,7 @@ TEST_F(JobManagerTest, MissingBlobIsRefusedWithItsName) {
   Start();
   amhex::v1::SubmitJobRequest request;
   request.mutable_input_blob()->set_sha256(std::string(64, 'a'));
-  const auto refused = manager_->Submit(request);
+  const auto refused = manager_->Submit(Everyone(), request);
   EXPECT_EQ(refused.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(ReasonOf(refused.status()), "BLOB_MISSING");
 }
@@ -270,16 +270,16 @@ TEST_F(JobManagerTest, HostileInputIsRefusedBeforeAnyWorkerSeesIt) {
   Start();
   amhex::v1::SubmitJobRequest request;
   request.set_inline_input(DracoFileHeader(2, 3, 0, 1) + LittleEndian(2'147'483'647, 4) + '\1');
-  EXPECT_EQ(ReasonOf(manager_->Submit(request).status()), "INPUT_TOO_LARGE");
+  EXPECT_EQ(ReasonOf(manager_->Submit(Everyone(), request).status()), "INPUT_TOO_LARGE");
 }
 
 TEST_F(JobManagerTest, EstimateComesFromAWorkerOfItsOwn) {
   Start();
   auto request = ScriptRequest("succeed mesh;");
-  const auto input = manager_->AdmitInput(request);
+  const auto input = manager_->AdmitInput(Everyone(), request);
   ASSERT_TRUE(input.ok());
   amhex::worker::RunJob order;
-  order.set_input_path(manager_->blobs().PathOf(input->sha256()));
+  order.set_input_path(manager_->PathOfBlob(input->sha256()));
   const auto estimate = pool_->Estimate(order);
   ASSERT_TRUE(estimate.ok()) << estimate.status();
   EXPECT_EQ(estimate->cell_count(), 42);

@@ -53,15 +53,16 @@ class RealWorkerTest : public ::testing::Test {
   }
 
   std::string Submit(const amhex::v1::SubmitJobRequest& request) {
-    const auto job = manager().Submit(request);
+    const auto job = manager().Submit(Everyone(), request);
     EXPECT_TRUE(job.ok()) << job.status();
     return job.ok() ? JobIdFromName(job->name()) : "";
   }
 
   Job Run(const amhex::v1::SubmitJobRequest& request) {
     const std::string id = Submit(request);
-    EXPECT_TRUE(Eventually([&] { return IsFinal(manager().Get(id)->state()); }, kMeshingPatience));
-    return *manager().Get(id);
+    EXPECT_TRUE(Eventually([&] { return IsFinal(manager().Get(Everyone(), id)->state()); },
+                           kMeshingPatience));
+    return *manager().Get(Everyone(), id);
   }
 
   std::string FailureOf(const InputHull& hull) {
@@ -79,7 +80,7 @@ class RealWorkerTest : public ::testing::Test {
 TEST_F(RealWorkerTest, CubeBecomesAMeshWithEveryStageReportedOnce) {
   const Job job = Run(Request(Cube()));
   ASSERT_EQ(job.state(), Job::SUCCEEDED) << job.error().message();
-  const auto bytes = ReadWholeFile(manager().blobs().PathOf(job.result().mesh().sha256()));
+  const auto bytes = ReadWholeFile(manager().PathOfBlob(job.result().mesh().sha256()));
   ASSERT_TRUE(bytes.ok());
   const auto mesh = DecodeMesh(*bytes);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
@@ -126,11 +127,12 @@ TEST_F(RealWorkerTest, DamagedDracoFileFailsWithTheReason) {
 
 TEST_F(RealWorkerTest, CancelFreesTheWorker) {
   const std::string id = Submit(Request(Cube(), 100'000));
-  ASSERT_TRUE(Eventually(
-      [&] { return manager().Get(id)->progress().stage() >= amhex::v1::STAGE_CHECK_INPUT; }));
-  ASSERT_TRUE(manager().Cancel(id).ok());
-  ASSERT_TRUE(Eventually([&] { return IsFinal(manager().Get(id)->state()); }));
-  EXPECT_EQ(manager().Get(id)->state(), Job::CANCELLED);
+  ASSERT_TRUE(Eventually([&] {
+    return manager().Get(Everyone(), id)->progress().stage() >= amhex::v1::STAGE_CHECK_INPUT;
+  }));
+  ASSERT_TRUE(manager().Cancel(Everyone(), id).ok());
+  ASSERT_TRUE(Eventually([&] { return IsFinal(manager().Get(Everyone(), id)->state()); }));
+  EXPECT_EQ(manager().Get(Everyone(), id)->state(), Job::CANCELLED);
   EXPECT_EQ(Run(Request(Cube())).state(), Job::SUCCEEDED);
 }
 
@@ -143,10 +145,10 @@ TEST_F(RealWorkerTest, RunTimeoutEndsTheJob) {
 }
 
 TEST_F(RealWorkerTest, EstimateNamesCellsMemoryAndTime) {
-  const auto input = manager().AdmitInput(Request(Cube()));
+  const auto input = manager().AdmitInput(Everyone(), Request(Cube()));
   ASSERT_TRUE(input.ok());
   amhex::worker::RunJob order;
-  order.set_input_path(manager().blobs().PathOf(input->sha256()));
+  order.set_input_path(manager().PathOfBlob(input->sha256()));
   order.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
   const Limits limits;
   order.mutable_input_limits()->set_max_point_count(limits.max_point_count);

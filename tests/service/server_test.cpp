@@ -224,7 +224,8 @@ TEST_F(ServerTest, UnknownAndMalformedNamesAreToldApart) {
 TEST_F(ServerTest, WatchEndsAfterCancel) {
   const std::string name = SubmitScript("progress 7; sleep 60000;");
   std::thread canceller([&] {
-    EXPECT_TRUE(Eventually([&] { return server_->manager().Get(name.substr(5))->has_progress(); }));
+    EXPECT_TRUE(Eventually(
+        [&] { return server_->manager().Get(Everyone(), name.substr(5))->has_progress(); }));
     grpc::ClientContext context;
     amhex::v1::CancelJobRequest cancel;
     cancel.set_name(name);
@@ -343,7 +344,8 @@ TEST_F(ServerTest, CapabilitiesTellLimitsAndWorkers) {
 TEST_F(ServerTest, StopEndsStreamsAndTheNextServerContinuesTheJob) {
   const std::string name = SubmitScript("progress 7; sleep 60000;");
   std::thread stopper([&] {
-    EXPECT_TRUE(Eventually([&] { return server_->manager().Get(name.substr(5))->has_progress(); }));
+    EXPECT_TRUE(Eventually(
+        [&] { return server_->manager().Get(Everyone(), name.substr(5))->has_progress(); }));
     server_->Stop(absl::Now());
   });
   const auto frames = Watch(name);

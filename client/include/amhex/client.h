@@ -52,8 +52,19 @@ class Interrupt {
   std::set<grpc::ClientContext*> contexts_;
 };
 
+// How the connection is protected and who the caller is. PEM texts, not paths.
+struct Security {
+  bool use_tls = false;     // false: plaintext
+  std::string authorities;  // that may sign the server's certificate; empty: the system's
+  std::string certificate;  // the caller's own, if the server asks for one
+  std::string key;          // of `certificate`
+  std::string server_name;  // expected in the server's certificate; empty: the address's
+  std::string token;        // sent with every call; empty: none
+};
+
 struct ClientOptions {
   std::string address;  // "host:port" or "unix:/path"
+  Security security = {};
   // How long a call keeps trying while the server cannot be reached or is busy; the time starts
   // anew with every byte moved and every frame seen.
   absl::Duration patience = absl::Seconds(60);

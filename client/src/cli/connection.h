@@ -14,6 +14,12 @@ struct ServerChoice {
   std::string address;  // --server or AMHEX_SERVER; empty = a private server
   bool local = false;   // --local: a private server whatever AMHEX_SERVER says
   double patience_seconds = 60;
+  bool tls = false;         // --tls
+  std::string authorities;  // --tls-ca FILE; implies --tls
+  std::string certificate;  // --tls-cert FILE
+  std::string key;          // --tls-key FILE
+  std::string server_name;  // --tls-name
+  std::string token_file;   // --token-file or AMHEX_TOKEN_FILE
 };
 
 // A client, and the private server it talks to, if that is what was chosen.

@@ -55,6 +55,25 @@ void SetRelaxation(const CLI::App& command, const ParameterFlags& flags,
   if (Given(command, "--jitter")) params->mutable_relaxation()->set_jitter(flags.jitter);
 }
 
+void AddSecurityFlags(CLI::App* command, ServerChoice* choice) {
+  command->add_flag("--tls", choice->tls, "Protect the connection with TLS")->envname("AMHEX_TLS");
+  command
+      ->add_option("--tls-ca", choice->authorities,
+                   "PEM file of who may vouch for the server; implies --tls; default: the "
+                   "system's authorities")
+      ->envname("AMHEX_TLS_CA");
+  auto* certificate =
+      command->add_option("--tls-cert", choice->certificate, "PEM file of your own certificate");
+  certificate->envname("AMHEX_TLS_CERT");
+  auto* key = command->add_option("--tls-key", choice->key, "PEM file of your certificate's key");
+  key->envname("AMHEX_TLS_KEY")->needs(certificate);
+  certificate->needs(key);
+  command->add_option("--tls-name", choice->server_name,
+                      "Name in the server's certificate, if not that of its address");
+  command->add_option("--token-file", choice->token_file, "File that holds your token")
+      ->envname("AMHEX_TOKEN_FILE");
+}
+
 }  // namespace
 
 void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice) {
@@ -66,6 +85,7 @@ void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice*
                    "Seconds to keep trying while the server cannot be reached")
       ->check(CLI::Range(0.0, 86400.0))
       ->capture_default_str();
+  AddSecurityFlags(command, choice);
   if (local_servers == LocalServers::kAllowed) {
     // An address from the environment does not count against --local.
     command->add_flag("--local", choice->local,

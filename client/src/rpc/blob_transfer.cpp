@@ -15,7 +15,7 @@ constexpr int64_t kDefaultChunkBytes = 1024 * 1024;
 absl::Status Client::Implementation::WriteFrom(
     std::string_view bytes, const v1::BlobRef& blob, int64_t chunk_bytes,
     const std::function<void(int64_t, int64_t)>& on_progress, int64_t* committed) {
-  InterruptibleCall call(options.interrupt);
+  InterruptibleCall call(options);
   v1::WriteBlobResponse response;
   const auto writer = blobs->WriteBlob(call.context(), &response);
   int64_t offset = *committed;
@@ -80,7 +80,7 @@ absl::Status Client::Implementation::ReadInto(
   v1::ReadBlobRequest request;
   *request.mutable_blob() = blob;
   request.set_offset(static_cast<int64_t>(bytes->size()));
-  InterruptibleCall call(options.interrupt);
+  InterruptibleCall call(options);
   const auto reader = blobs->ReadBlob(call.context(), request);
   v1::ReadBlobResponse response;
   while (reader->Read(&response)) {

@@ -55,8 +55,18 @@ void Interrupt::Remove(grpc::ClientContext* context) {
   contexts_.erase(context);
 }
 
-std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), ChannelArguments());
+std::shared_ptr<grpc::Channel> NewChannel(const ClientOptions& options) {
+  const Security& security = options.security;
+  grpc::ChannelArguments arguments = ChannelArguments();
+  if (!security.use_tls) {
+    return grpc::CreateCustomChannel(options.address, grpc::InsecureChannelCredentials(),
+                                     arguments);
+  }
+  if (!security.server_name.empty()) {
+    arguments.SetSslTargetNameOverride(security.server_name);
+  }
+  const grpc::SslCredentialsOptions tls{security.authorities, security.key, security.certificate};
+  return grpc::CreateCustomChannel(options.address, grpc::SslCredentials(tls), arguments);
 }
 
 Client::Client(ClientOptions options)
@@ -152,7 +162,7 @@ absl::Status Client::Implementation::WatchOnce(const std::string& name, const Wa
   request.set_name(name);
   request.set_after_seq(*seq);
   SetDuration(watch.min_interval, request.mutable_min_interval());
-  InterruptibleCall call(options.interrupt);
+  InterruptibleCall call(options);
   const auto reader = mesher->WatchJob(call.context(), request);
   v1::WatchJobResponse frame;
   while (reader->Read(&frame)) {

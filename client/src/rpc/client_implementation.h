@@ -21,13 +21,13 @@ namespace v1 = amhex::v1;
 inline constexpr absl::Duration kUnaryDeadline = absl::Seconds(30);
 
 // Not connected yet; the first call connects.
-std::shared_ptr<grpc::Channel> NewChannel(const std::string& address);
+std::shared_ptr<grpc::Channel> NewChannel(const ClientOptions& options);
 
 class Client::Implementation {
  public:
   explicit Implementation(ClientOptions client_options)
       : options(std::move(client_options)),
-        channel(NewChannel(options.address)),
+        channel(NewChannel(options)),
         mesher(v1::Mesher::NewStub(channel)),
         blobs(v1::Blobs::NewStub(channel)) {}
 
@@ -40,7 +40,7 @@ class Client::Implementation {
                     const Request& request, Response* response) {
     Patience patience = NewPatience();
     while (true) {
-      InterruptibleCall call(options.interrupt);
+      InterruptibleCall call(options);
       call.context()->set_deadline(absl::ToChronoTime(absl::Now() + kUnaryDeadline));
       const absl::Status status =
           FromGrpcStatus((stub->*method)(call.context(), request, response));

@@ -1,4 +1,5 @@
-// One call's context, cancelled when the client is interrupted.
+// One call's context: it carries the caller's token and is cancelled when the client is
+// interrupted.
 #pragma once
 
 #include <grpcpp/client_context.h>
@@ -9,8 +10,10 @@ namespace amhex::client {
 
 class InterruptibleCall {
  public:
-  // `interrupt` may be null.
-  explicit InterruptibleCall(Interrupt* interrupt) : interrupt_(interrupt) {
+  explicit InterruptibleCall(const ClientOptions& options) : interrupt_(options.interrupt) {
+    if (!options.security.token.empty()) {
+      context_.AddMetadata("authorization", "Bearer " + options.security.token);
+    }
     if (interrupt_ != nullptr) interrupt_->Add(&context_);
   }
   ~InterruptibleCall() {
@@ -22,7 +25,7 @@ class InterruptibleCall {
   grpc::ClientContext* context() { return &context_; }
 
  private:
-  Interrupt* interrupt_;
+  Interrupt* interrupt_;  // may be null
   grpc::ClientContext context_;
 };
 

@@ -1,0 +1,113 @@
+// The side of JobManager that moves blobs: what is a caller's, and admission of inputs.
+#include <algorithm>
+#include <utility>
+
+#include "errors.h"
+#include "input_preflight.h"
+#include "job_manager.h"
+#include "status_macros.h"
+
+namespace amhex::server {
+namespace {
+
+// Enough of an input to reach its counts, unless it carries much metadata.
+constexpr size_t kPreflightBytes = 64 * 1024;
+
+absl::Status BlobNotFound(const std::string& sha256) {
+  return MakeError(absl::StatusCode::kNotFound, amhex::v1::BLOB_NOT_FOUND,
+                   "no blob " + sha256 + " is stored");
+}
+
+}  // namespace
+
+absl::StatusOr<bool> JobManager::HasBlob(const Caller& caller, const amhex::v1::BlobRef& blob) {
+  if (!blobs_->Contains(blob.sha256())) return false;
+  AMHEX_ASSIGN_OR_RETURN(const bool owned, store_->OwnsBlob(caller.tenant.name, blob.sha256()));
+  if (owned) blobs_->Touch(blob.sha256());
+  return owned;
+}
+
+absl::Status JobManager::CheckBlobQuota(const Tenant& tenant, int64_t more_bytes) {
+  if (tenant.max_blob_bytes <= 0) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(const int64_t owned, store_->OwnedBytes(tenant.name));
+  if (owned + more_bytes <= tenant.max_blob_bytes) return absl::OkStatus();
+  return QuotaExceeded("bytes of blobs", tenant.max_blob_bytes);
+}
+
+absl::StatusOr<JobManager::UploadState> JobManager::FindUpload(const Caller& caller,
+                                                               const amhex::v1::BlobRef& blob) {
+  AMHEX_ASSIGN_OR_RETURN(const bool there, HasBlob(caller, blob));
+  if (!there) return UploadState{blobs_->UploadedSize(caller.tenant.name, blob.sha256()), false};
+  AMHEX_ASSIGN_OR_RETURN(const int64_t size, blobs_->Size(blob.sha256()));
+  return UploadState{size, true};
+}
+
+absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
+    const Caller& caller, const amhex::v1::BlobRef& blob) {
+  AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, blob.size_bytes()));
+  return blobs_->StartUpload(caller.tenant.name, blob);
+}
+
+absl::Status JobManager::FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
+                                      BlobUpload* upload) {
+  AMHEX_RETURN_IF_ERROR(upload->Finish());
+  return store_->GrantBlob(caller.tenant.name, blob, absl::Now());
+}
+
+absl::StatusOr<UniqueFd> JobManager::OpenBlob(const Caller& caller, const std::string& sha256) {
+  if (!caller.Has(Role::kReadAll)) {
+    AMHEX_ASSIGN_OR_RETURN(const bool owned, store_->OwnsBlob(caller.tenant.name, sha256));
+    if (!owned) return BlobNotFound(sha256);
+  }
+  return blobs_->OpenForRead(sha256);
+}
+
+absl::StatusOr<amhex::v1::BlobRef> JobManager::CheckBlob(const Caller& caller,
+                                                         const amhex::v1::BlobRef& blob) {
+  AMHEX_ASSIGN_OR_RETURN(const bool there, HasBlob(caller, blob));
+  if (!there) {
+    return WithPrecondition(
+        MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::BLOB_MISSING,
+                  "no blob " + blob.sha256() + " is stored; upload it first"),
+        "MISSING", "blobs/" + blob.sha256());
+  }
+  AMHEX_ASSIGN_OR_RETURN(const int64_t size, blobs_->Size(blob.sha256()));
+  if (blob.size_bytes() != 0 && blob.size_bytes() != size) {
+    FieldViolations bad;
+    bad.Add("input_blob.size_bytes", "is " + std::to_string(blob.size_bytes()) +
+                                         ", but the blob has " + std::to_string(size) + " bytes");
+    return bad.ToStatus();
+  }
+  amhex::v1::BlobRef whole = blob;
+  whole.set_size_bytes(size);
+  return whole;
+}
+
+absl::StatusOr<amhex::v1::BlobRef> JobManager::AdmitInput(
+    const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
+  amhex::v1::BlobRef input;
+  std::string head;
+  if (request.has_input_blob()) {
+    AMHEX_ASSIGN_OR_RETURN(input, CheckBlob(caller, request.input_blob()));
+    AMHEX_ASSIGN_OR_RETURN(const UniqueFd fd, blobs_->OpenForRead(input.sha256()));
+    head.resize(kPreflightBytes);
+    AMHEX_ASSIGN_OR_RETURN(const size_t got, ReadAt(fd.get(), head.data(), head.size(), 0));
+    head.resize(got);
+  } else {
+    input.set_size_bytes(static_cast<int64_t>(request.inline_input().size()));
+  }
+  const std::string& bytes = request.has_input_blob() ? head : request.inline_input();
+  const absl::Status verdict = PreflightInput(
+      request.input_encoding(),
+      {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), input.size_bytes()},
+      options_.limits);
+  if (!verdict.ok()) {
+    metrics_->DecodeRejected(ReasonOf(verdict)).Increment();
+    return verdict;
+  }
+  if (request.has_input_blob()) return input;
+  AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, input.size_bytes()));
+  return blobs_->Put(request.inline_input());
+}
+
+}  // namespace amhex::server
