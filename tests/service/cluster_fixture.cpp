@@ -4,7 +4,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,8 +15,6 @@
 
 #include "absl/time/clock.h"
 #include "postgres_job_store.h"
-
-extern char** environ;
 
 namespace amhex::server {
 namespace {
@@ -48,8 +46,12 @@ bool WaitReadable(int fd) {
 std::vector<pid_t> ChildrenOf(pid_t parent) {
   std::vector<pid_t> children;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-    std::ifstream file(entry.path() / "stat");
+  // Processes come and go while they are listed.
+  std::filesystem::directory_iterator entry("/proc", error);
+  for (; entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream file(entry->path() / "stat");
     std::string text((std::istreambuf_iterator<char>(file)), {});
     const size_t close = text.rfind(')');
     if (close == std::string::npos) continue;
@@ -57,7 +59,7 @@ std::vector<pid_t> ChildrenOf(pid_t parent) {
     char state = 0;
     pid_t found = 0;
     rest >> state >> found;
-    if (found == parent) children.push_back(std::atoi(entry.path().filename().c_str()));
+    if (found == parent) children.push_back(std::atoi(name.c_str()));
   }
   return children;
 }
@@ -187,7 +189,12 @@ void Node::Start() {
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
-  ASSERT_EQ(posix_spawn(&pid_, AMHEX_DAEMON, nullptr, nullptr, pointers.data(), environ), 0);
+  pid_ = fork();
+  if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    execv(AMHEX_DAEMON, pointers.data());
+    _exit(127);
+  }
   ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(ports); }, absl::Seconds(30)));
 }
 

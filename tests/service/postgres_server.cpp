@@ -33,8 +33,8 @@ void BecomeDatabaseUser() {
 pid_t Spawn(const std::vector<std::string>& command, const std::string& log) {
   const pid_t pid = fork();
   if (pid != 0) return pid;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
   BecomeDatabaseUser();
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // a change of user would forget it
   if (std::freopen(log.c_str(), "a", stdout) == nullptr || dup2(1, 2) < 0) _exit(1);
   std::vector<char*> arguments;
   for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
