@@ -5,6 +5,7 @@
 #   tests/run.sh --filter REGEX      only the tests whose names match
 #   tests/run.sh --sanitize          with the address and undefined-behaviour sanitizers
 #   tests/run.sh --sanitize=thread   with the thread sanitizer
+#   tests/run.sh --images            the container image, really built and run (deploy/test-images.sh)
 #   tests/run.sh --tidy              clang-tidy over every source file, no tests
 #   tests/run.sh --all-packages      installs, too, what the tests with other people's software need (300 MB)
 #
@@ -22,10 +23,11 @@ while [[ $# -gt 0 ]]; do
     --sanitize|--sanitize=address) preset=asan ;;
     --sanitize=thread) preset=tsan ;;
     --tidy) tidy=true ;;
+    --images) exec deploy/test-images.sh ;;
     --all-packages) all_packages=true ;;
     --filter) filter="${2:?--filter needs a regular expression}"; shift ;;
     --filter=*) filter="${1#--filter=}" ;;
-    -h|--help) sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,12s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "tests/run.sh: unknown option $1; see --help" >&2; exit 2 ;;
   esac
   shift

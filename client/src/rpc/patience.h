@@ -14,8 +14,9 @@ class Patience {
   Patience(absl::Duration total, const Interrupt* interrupt)
       : total_(total), deadline_(absl::Now() + total), interrupt_(interrupt) {}
 
-  // After a failure: waits and says whether to try again. Only UNAVAILABLE, ABORTED and errors
-  // that come with a retry delay are worth it. False once the time is up or the call interrupted.
+  // After a failure: waits and says whether to try again. Only UNAVAILABLE, ABORTED, calls
+  // that the server cut off, and errors that come with a retry delay are worth it. False once the
+  // time is up or the call interrupted.
   bool ShouldRetry(const absl::Status& failure);
 
   // Something got through: the time starts anew.
