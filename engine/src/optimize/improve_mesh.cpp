@@ -5,6 +5,7 @@
 #include "base/status_macros.h"
 #include "closure/close_complex.h"
 #include "closure/improve_closure.h"
+#include "closure/peel_stars.h"
 #include "optimize/place_vertices.h"
 
 namespace amhex {
@@ -29,6 +30,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     return PlaceVertices(std::move(complex), hull, params, run, effort);
   };
   AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
+  AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, run));
   AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, hull, run));
   for (const ImprovementRound& round : kRounds) {
     AMHEX_ASSIGN_OR_RETURN(Repaired repaired,

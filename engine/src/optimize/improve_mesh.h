@@ -9,9 +9,9 @@
 
 namespace amhex {
 
-// Alternates PlaceVertices (geometry) with JoinStars and RepairCells (topology) until nothing is
-// replaced or a bound on the rounds is reached. The complex must be closed and stays so. Errors:
-// CANCELLED, DEADLINE_EXCEEDED.
+// Alternates PlaceVertices (geometry) with PeelStars, JoinStars and RepairCells (topology) until
+// nothing is replaced or a bound on the rounds is reached. The complex must be closed and stays so.
+// Errors: CANCELLED, DEADLINE_EXCEEDED.
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
                                         const MeshingParams& params, RunContext& run);
 

@@ -25,7 +25,7 @@ constexpr double kRoundTarget = 0.7;
 
 // Sweeps until hardly anything moves, at most.
 constexpr int kEvenSweeps = 8;
-constexpr int kAverageSweeps = 6;
+constexpr int kAverageSweeps = 16;
 constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.99;
 constexpr CornerPenalty kAveragePenalty = {0.6, 8.0};
@@ -41,9 +41,11 @@ struct LevelShape {
   double target;  // above the minimum
   int max_levels;
 };
-constexpr LevelShape kLevelShapes[] = {{60.0, 0.05, 0.15, 6}, {150.0, 0.02, 0.06, 5}};
+constexpr LevelShape kLevelShapes[] = {{60.0, 0.05, 0.15, 10}, {150.0, 0.02, 0.06, 10}};
+constexpr int kValidLevels = 3;  // between changes of the cells
 constexpr int kSweepsPerLevel = 6;
-constexpr double kLevelGain = 0.002;  // levels of a shape end when the minimum rises less
+constexpr double kLevelGain = 0.002;  // a level that raises the minimum less has failed
+constexpr double kLeftBehind = 0.02;  // then cells this near to the minimum are left behind
 constexpr double kGoodMinimum = 0.5;  // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
@@ -63,10 +65,10 @@ class Placer {
   absl::Status Run(PlacementEffort effort) {
     absl::Status status = ReachHull();
     if (!status.ok()) return status;
-    status = RaiseMinimum();
+    status = RaiseMinimum(effort);
     if (!status.ok()) return status;
     if (FreeUnbearable()) {
-      status = RaiseMinimum();
+      status = RaiseMinimum(effort);
       if (!status.ok()) return status;
     }
     Report(0.6);
@@ -98,27 +100,47 @@ class Placer {
     return absl::OkStatus();
   }
 
-  absl::Status RaiseMinimum() {
+  absl::Status RaiseMinimum(PlacementEffort effort) {
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
     for (const LevelShape& shape : kLevelShapes) {
-      if (status.ok()) status = RaiseLevels(shape);
+      const bool best = effort == PlacementEffort::kBest;
+      if (status.ok()) status = RaiseLevels(shape, best ? shape.max_levels : kValidLevels);
     }
     return status;
   }
 
-  absl::Status RaiseLevels(const LevelShape& shape) {
-    double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
-    for (int level = 0; level < shape.max_levels && minimum < kGoodMinimum; ++level) {
+  // Level by level; cells that a level cannot raise are left behind, or one hopeless cell would end
+  // it for all others.
+  absl::Status RaiseLevels(const LevelShape& shape, int max_levels) {
+    std::vector<uint8_t> hopeless(placement_.complex.cells.size(), 0);
+    std::vector<float> quality = CellMinima();
+    for (int level = 0; level < max_levels; ++level) {
+      const double minimum = LeastOf(quality, hopeless);
+      if (minimum >= kGoodMinimum) break;
       const absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
                                          CornerPenalty{minimum + shape.knee, shape.steepness}},
                                         kSweepsPerLevel);
       if (!status.ok()) return status;
-      const double before = minimum;
-      minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
-      if (minimum < before + kLevelGain) break;
+      quality = CellMinima();
+      if (LeastOf(quality, hopeless) >= minimum + kLevelGain) continue;
+      for (size_t c = 0; c < quality.size(); ++c) {
+        if (quality[c] < minimum + kLeftBehind) hopeless[c] = 1;
+      }
     }
     return absl::OkStatus();
+  }
+
+  std::vector<float> CellMinima() const {
+    return SurveyCells(placement_.complex, placement_.neighbourhoods).min_scaled_jacobian;
+  }
+
+  static double LeastOf(const std::vector<float>& quality, const std::vector<uint8_t>& hopeless) {
+    double least = 1;
+    for (size_t c = 0; c < quality.size(); ++c) {
+      if (!hopeless[c]) least = std::min<double>(least, quality[c]);
+    }
+    return least;
   }
 
   // Frees the crease vertices of every cell of unbearable quality to their patches.

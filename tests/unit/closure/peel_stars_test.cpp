@@ -1,0 +1,143 @@
+#include "closure/peel_stars.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "closure/working_mesh.h"
+#include "support/grid_complex.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+
+// Replaces connected cells of a closed mesh by one star around `apex`.
+CellComplex WithStar(const CellComplex& complex, const std::vector<int>& cells, const Vec3d& apex) {
+  WorkingMesh mesh(complex);
+  std::vector<CellFace> walls, hull;
+  for (const int cell : cells) {
+    for (const CellFace& face : FacesOf(mesh.corners(cell))) {
+      const int32_t behind = mesh.Across(face);
+      if (std::find(cells.begin(), cells.end(), behind) != cells.end()) continue;
+      walls.push_back(face);
+      if (behind == WorkingMesh::kHull) hull.push_back(face);
+    }
+  }
+  for (const int cell : cells) mesh.RemoveCell(cell);
+  const int v = mesh.AddVertex(apex);
+  for (const CellFace& face : walls) {
+    mesh.AddCell(face.count == 4 ? MakePyramid(face.v, v)
+                                 : MakeTetrahedronOn({face.v[0], face.v[1], face.v[2]}, v));
+  }
+  for (const CellFace& face : hull) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+double Volume(const CellComplex& complex) {
+  double volume = 0;
+  for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
+  return volume;
+}
+
+int CountOf(PrimitiveType type, const CellComplex& complex) {
+  return static_cast<int>(
+      std::count_if(complex.cells.begin(), complex.cells.end(),
+                    [&](const CellCorners& cell) { return RecognizeCell(cell) == type; }));
+}
+
+// Two hexahedra of which one is cut into two prisms.
+CellComplex HexahedronBesidePrisms() {
+  CellComplex complex = GridComplex({2, 1, 1});
+  const CellCorners c = complex.cells[1];
+  complex.cells.pop_back();
+  complex.cells.push_back({c[0], c[1], c[1], c[2], c[4], c[5], c[5], c[6]});
+  complex.cells.push_back({c[0], c[2], c[2], c[3], c[4], c[6], c[6], c[7]});
+  complex.hull_faces.clear();
+  WorkingMesh mesh(complex);
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+TEST(PeelStars, LeavesAMeshWithoutStarsAlone) {
+  RunContext run;
+  const CellComplex grid = GridComplex({2, 2, 2});
+  const auto peeled = PeelStars(grid, run);
+  ASSERT_TRUE(peeled.ok());
+  EXPECT_EQ(peeled->cells, grid.cells);
+}
+
+TEST(PeelStars, AStarInACubeBecomesTheCube) {
+  RunContext run;
+  const CellComplex star = WithStar(GridComplex({3, 3, 3}), {13}, {1.5, 1.5, 1.5});
+  ASSERT_EQ(star.cells.size(), 32u);
+  const auto peeled = PeelStars(star, run);
+  ASSERT_TRUE(peeled.ok());
+  EXPECT_EQ(peeled->cells.size(), 27u);
+  EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 27);
+}
+
+TEST(PeelStars, AStarOverAHexahedronAndAPrismBecomesBoth) {
+  RunContext run;
+  const CellComplex mixed = HexahedronBesidePrisms();
+  const WorkingMesh mesh(mixed);
+  // The prism that shares a quad with the hexahedron.
+  const int prism = mesh.Across(FaceInDirection(mixed.cells[0], 1));
+  ASSERT_GT(prism, 0);
+  const CellComplex star = WithStar(mixed, {0, prism}, {1.0, 0.6, 0.5});
+  const auto peeled = PeelStars(star, run);
+  ASSERT_TRUE(peeled.ok());
+  EXPECT_EQ(peeled->cells.size(), 3u);
+  EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 1);
+  EXPECT_EQ(CountOf(PrimitiveType::kPrism, *peeled), 2);
+}
+
+TEST(PeelStars, KeepsSpaceHullAndClosedness) {
+  RunContext run;
+  // Bars of two to four cells at the hull and inside.
+  const std::vector<std::vector<int>> bars = {{0, 1}, {21, 22, 37}, {42, 43, 26, 27}, {5, 6, 22}};
+  for (const auto& bar : bars) {
+    const CellComplex grid = GridComplex({4, 4, 4});
+    Vec3d apex;
+    for (const int cell : bar) {
+      for (const int32_t v : grid.cells[cell]) apex += grid.vertices[v] / (8.0 * bar.size());
+    }
+    const CellComplex star = WithStar(grid, bar, apex);
+    const auto peeled = PeelStars(star, run);
+    ASSERT_TRUE(peeled.ok());
+    EXPECT_LT(peeled->cells.size(), star.cells.size());
+    EXPECT_NEAR(Volume(*peeled), 64.0, 1e-9);
+    EXPECT_EQ(peeled->hull_faces.size(), star.hull_faces.size());
+    EXPECT_TRUE(WorkingMesh(*peeled).OpenFaces().empty());
+    for (const CellCorners& cell : peeled->cells) {
+      EXPECT_GT(ScaledJacobian(cell, peeled->vertices), 0);
+    }
+  }
+}
+
+TEST(PeelStars, StopsWhenAsked) {
+  RunContext run;
+  run.RequestStop();
+  // Enough stars to come to a check.
+  CellComplex grid = GridComplex({16, 6, 6});
+  std::vector<int> middles;
+  for (int z = 1; z < 6; z += 2) {
+    for (int y = 1; y < 6; y += 2) {
+      for (int x = 1; x < 16; x += 2) middles.push_back(x + 16 * (y + 6 * z));
+    }
+  }
+  // From the back, so that the numbers of the others stay.
+  std::sort(middles.rbegin(), middles.rend());
+  for (const int cell : middles) {
+    Vec3d centre;
+    for (const int32_t v : grid.cells[cell]) centre += grid.vertices[v] / 8.0;
+    grid = WithStar(grid, {cell}, centre);
+  }
+  ASSERT_GE(middles.size(), 64u);
+  EXPECT_EQ(PeelStars(grid, run).status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
