@@ -14,6 +14,8 @@ namespace {
 // Below this least scaled Jacobian a division counts as the worse the lower it is. About half of
 // the 0.41 that a cube divided around its middle has.
 constexpr double kWantedQuality = 0.2;
+// How many more divided cells half the wanted quality is worth avoiding.
+constexpr double kQualityWeight = 8;
 // What a division without positive quality costs, in divided cells.
 constexpr double kInvalidCost = 1e6;
 // Sweeps over the cells to divide; the search ends when one changes nothing.
@@ -90,8 +92,9 @@ class SolverReadyMaker {
     const auto [entry, is_new] = cost_.try_emplace(key, 0);
     if (is_new) {
       const double quality = DivideCell(mesh_.corners[cell], mesh_.vertices, diagonals).quality;
-      entry->second = quality <= 0 ? kInvalidCost * (1 - quality)
-                                   : 1 + std::max(0.0, kWantedQuality / quality - 1);
+      entry->second = quality <= 0
+                          ? kInvalidCost * (1 - quality)
+                          : 1 + kQualityWeight * std::max(0.0, kWantedQuality / quality - 1);
     }
     return entry->second;
   }
