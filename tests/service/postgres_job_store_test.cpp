@@ -221,7 +221,7 @@ TEST_F(PostgresJobStoreTest, SubscribersHearOfChangesMadeByOthers) {
 
 TEST_F(PostgresJobStoreTest, DatabaseThatStallsIsUnavailableAndComesBack) {
   PostgresJobStore::Options options = At(url_);
-  options.patience = absl::Milliseconds(300);
+  options.patience = absl::Seconds(2);
   const auto store = Open(options);
   const NewJob job = Make();
   ASSERT_TRUE(store->Submit(job, kManyJobs, absl::Now()).ok());
