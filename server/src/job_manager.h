@@ -76,6 +76,9 @@ class JobManager {
     // Unused blobs and resting uploads are removed after these.
     absl::Duration unused_blob_age = absl::Hours(1);
     absl::Duration resting_upload_age = absl::Hours(24);
+    // When blobs take more than nine tenths of their budget, unused ones and final jobs go sooner,
+    // oldest first, until they take less than eight tenths; but none before this age.
+    absl::Duration scarce_blob_age = absl::Minutes(10);
   };
 
   // Puts jobs that were running when the last server ended back into the queue.
@@ -181,6 +184,9 @@ class JobManager {
   void ForgetQuietFeeds();
   void TendQueue();
   void CollectGarbage();
+  // Removes blobs that nobody has used since, and returns the bytes freed.
+  int64_t CollectUnused(absl::Time unused_since);
+  void MakeRoom(absl::Time now);
 
   const Options options_;
   const std::unique_ptr<JobStore> store_;

@@ -21,6 +21,8 @@ constexpr absl::Duration kQueueInterval = absl::Seconds(1);
 constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
 // WatchJob promises a frame every 15 s.
 constexpr absl::Duration kQuietFeedInterval = absl::Seconds(10);
+constexpr int kFinishRetries = 10;
+constexpr absl::Duration kFinishRetryDelay = absl::Milliseconds(200);
 // Frames of a job that does not run are kept this long for readers that reconnect.
 constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 
@@ -127,6 +129,8 @@ void JobManager::Forget(const Attempt& attempt) {
 }
 
 void JobManager::Finish(Attempt& attempt, const FinalOutcome& outcome) {
+  // Makes room first: on a full disk the outcome could not be recorded beside an unfinished result.
+  unlink(attempt.work_path().c_str());
   FinalOutcome complete = outcome;
   const Job live = attempt.feed_->Current();
   *complete.details.mutable_stages() = live.stages();
@@ -310,18 +314,38 @@ void JobManager::TendQueue() {
   metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
 }
 
+int64_t JobManager::CollectUnused(absl::Time unused_since) {
+  const auto dropped = store_->DropUnusedGrants(unused_since);
+  if (!dropped.ok()) LogError("grants_not_dropped", {});
+  return blobs_->Collect(unused_since, absl::Now() - options_.resting_upload_age,
+                         [this](const std::string& sha256) {
+                           const auto used = store_->IsBlobUsed(sha256);
+                           return !used.ok() || *used;
+                         });
+}
+
+void JobManager::MakeRoom(absl::Time now) {
+  constexpr int kJobsAtOnce = 16;
+  const int64_t budget = options_.limits.max_blob_store_bytes;
+  const auto taken = [this] { return blobs_->total_bytes() + blobs_->uploading_bytes(); };
+  if (budget <= 0 || taken() <= budget / 10 * 9) return;
+  const absl::Time before = now - options_.scarce_blob_age;
+  int64_t freed = CollectUnused(before);
+  while (taken() > budget / 10 * 8) {
+    const auto removed = store_->RemoveOldestFinal(kJobsAtOnce, before);
+    if (!removed.ok() || removed->empty()) break;
+    LogWarning("jobs_removed_for_room", {{"count", static_cast<int64_t>(removed->size())}});
+    freed += CollectUnused(before);
+  }
+  LogInfo("room_made", {{"bytes", freed}, {"taken", taken()}});
+}
+
 void JobManager::CollectGarbage() {
   std::lock_guard<std::mutex> admission(admission_mutex_);
   const absl::Time now = absl::Now();
-  const auto dropped = store_->DropUnusedGrants(now - options_.unused_blob_age);
-  if (!dropped.ok()) LogError("grants_not_dropped", {});
-  const int64_t freed =
-      blobs_->Collect(now - options_.unused_blob_age, now - options_.resting_upload_age,
-                      [this](const std::string& sha256) {
-                        const auto used = store_->IsBlobUsed(sha256);
-                        return !used.ok() || *used;
-                      });
+  const int64_t freed = CollectUnused(now - options_.unused_blob_age);
   if (freed > 0) LogInfo("blobs_collected", {{"bytes", freed}});
+  MakeRoom(now);
 }
 
 }  // namespace amhex::server

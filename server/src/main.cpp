@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "files.h"
 #include "logging.h"
@@ -18,6 +19,7 @@
 namespace amhex::server {
 namespace {
 
+constexpr int kBadConfiguration = 2;
 constexpr absl::Duration kTeardownPatience = absl::Seconds(1);
 
 // Blocks the signals that end the server in this and all later threads; they are waited for.
@@ -76,11 +78,20 @@ int Main(int argc, char** argv) {
     if (exit_code != EXIT_SUCCESS) std::cerr << "amhexd: " << options.status().message() << "\n";
     return exit_code;
   }
+  if (options->check_config) {
+    const absl::Status verdict = Server::Check(*options);
+    std::cout << options->effective;
+    if (!verdict.ok()) std::cerr << "amhexd: " << verdict.message() << "\n";
+    return verdict.ok() ? EXIT_SUCCESS : kBadConfiguration;
+  }
   if (const absl::Status status = SetUpLogging(options->log_level); !status.ok()) {
     std::cerr << "amhexd: " << status.message() << "\n";
     return EXIT_FAILURE;
   }
   const sigset_t signals = BlockEndingSignals();
+  for (const auto line : absl::StrSplit(options->effective, '\n', absl::SkipEmpty())) {
+    LogInfo("option", {{"line", std::string(line)}});
+  }
   const auto server = Server::Create(*options);
   absl::Status status = server.status();
   if (status.ok()) status = WritePortFile(**server, options->port_file);

@@ -219,6 +219,11 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Create(const ServerOptions& opti
   return server;
 }
 
+absl::Status Server::Check(const ServerOptions& options) {
+  AMHEX_RETURN_IF_ERROR(Validate(options));
+  return Authenticator::Create(AuthenticationMode(options), options.tokens).status();
+}
+
 Server::~Server() {
   if (parts_->grpc_server && !parts_->stopped) Stop(absl::Now());
 }

@@ -20,6 +20,8 @@ class Server {
   // Serves when it returns; the workers come up in the background. FAILED_PRECONDITION when another
   // server uses the data folder, UNAVAILABLE when an address cannot be had.
   static absl::StatusOr<std::unique_ptr<Server>> Create(const ServerOptions& options);
+  // The checks of Create that need no folder and no address: options, certificates, tokens.
+  static absl::Status Check(const ServerOptions& options);
   ~Server();  // as Stop(absl::Now()) if it was not stopped
 
   // What was bound, with the real ports, in the order of ServerOptions::listen.

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <climits>
 #include <filesystem>
+#include <regex>
 
 #include "store_choice.h"
 #include "version.h"
@@ -103,6 +104,9 @@ void AddSecurityFlags(CLI::App* app, ServerOptions* options) {
       ->envname("AMHEX_TLS_CLIENT_CA");
   app->add_option("--tokens", options->tokens, "File of the tokens callers must show")
       ->envname("AMHEX_TOKENS");
+  app->add_flag("--check-config", options->check_config,
+                "Check the options and the files they name, print the configuration, and end")
+      ->configurable(false);
   app->add_flag("--new-token", options->new_token, "Print a fresh token and its digest, and end")
       ->configurable(false);
 }
@@ -169,6 +173,12 @@ void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
       ->capture_default_str();
 }
 
+// Hides the password of URLs like postgres://user:password@host/name.
+std::string MaskPasswords(const std::string& text) {
+  static const std::regex kPassword("(://[^:/@\\s\"']*:)[^@\\s\"']*@");
+  return std::regex_replace(text, kPassword, "$1***@");
+}
+
 absl::Status Refuse(const std::string& problem) { return absl::InvalidArgumentError(problem); }
 
 }  // namespace
@@ -195,6 +205,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
     *exit_code = app.exit(error);
     return Refuse("the command line was not understood");
   }
+  options.effective = MaskPasswords(app.config_to_str(true, false));
   options.drain_delay = absl::Seconds(seconds.drain_delay);
   options.lease = absl::Seconds(seconds.lease);
   options.drain_timeout = absl::Seconds(seconds.drain_timeout);

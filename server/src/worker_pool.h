@@ -31,6 +31,9 @@ class WorkerPool {
     int worker_count = 1;
     // A worker that was asked to stop is killed after this.
     absl::Duration stop_patience = absl::Seconds(5);
+    // The same for a job that was cancelled: whoever cancels wants the worker back, and a stage
+    // that does not look up in time costs less than a fresh worker.
+    absl::Duration cancel_patience = absl::Milliseconds(150);
     // A decoder cannot be asked to stop; beyond this its worker is killed and the input blamed.
     absl::Duration decode_patience = absl::Minutes(2);
     // Time for a worker to say hello.

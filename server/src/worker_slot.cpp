@@ -18,6 +18,7 @@ using amhex::worker::ToWorker;
 constexpr absl::Duration kIdleCheckInterval = absl::Seconds(1);
 constexpr absl::Duration kMaxRestartDelay = absl::Seconds(30);
 // Events in a run are looked for at least this often.
+constexpr absl::Duration kMinNewsWait = absl::Milliseconds(1);
 constexpr absl::Duration kMaxNewsWait = absl::Milliseconds(250);
 // Beyond its deadline a worker that does not react is stopped from outside.
 constexpr absl::Duration kRunTimeoutGrace = absl::Seconds(2);
@@ -183,7 +184,11 @@ void WorkerSlot::CheckStopCauses(Run* run) {
 
 void WorkerSlot::AskToStop(StopCause cause, Run* run) {
   run->stop_cause = cause;
-  run->kill_time = absl::Now() + pool_->options_.stop_patience;
+  const WorkerPool::Options& options = pool_->options_;
+  const absl::Duration patience = cause == StopCause::kCancel
+                                      ? std::min(options.cancel_patience, options.stop_patience)
+                                      : options.stop_patience;
+  run->kill_time = absl::Now() + patience;
   ToWorker frame;
   frame.mutable_stop();
   // If it cannot be sent the worker is dead, which the next Receive tells.
@@ -193,7 +198,8 @@ void WorkerSlot::AskToStop(StopCause cause, Run* run) {
 void WorkerSlot::WaitForNews(Run* run) {
   FromWorker news;
   const int wake_fd = run->stop_cause == StopCause::kNone ? run->attempt->wake_fd() : -1;
-  const auto outcome = process_->channel().Receive(&news, kMaxNewsWait, wake_fd);
+  const absl::Duration wait = std::clamp(run->kill_time - absl::Now(), kMinNewsWait, kMaxNewsWait);
+  const auto outcome = process_->channel().Receive(&news, wait, wake_fd);
   if (!outcome.ok()) {
     process_->Kill();
     HandleDeath(run);

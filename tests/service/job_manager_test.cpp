@@ -285,5 +285,24 @@ TEST_F(JobManagerTest, EstimateComesFromAWorkerOfItsOwn) {
   EXPECT_EQ(estimate->cell_count(), 42);
 }
 
+TEST_F(JobManagerTest, OldestResultsGoWhenTheByteBudgetIsNearlySpent) {
+  options_.limits.max_blob_store_bytes = 1900;
+  options_.scarce_blob_age = absl::ZeroDuration();
+  Start();
+  const std::string padding(399, 'x');
+  std::string first;
+  for (int i = 0; i < 2; ++i) {
+    const std::string id = Submit("succeed " + std::to_string(i) + padding + ";");
+    EXPECT_EQ(Finished(id).state(), Job::SUCCEEDED);
+    if (i == 0) first = id;
+  }
+  const auto request = ScriptRequest("succeed 2" + padding + ";");
+  EXPECT_EQ(ReasonOf(manager_->Submit(Everyone(), request).status()), "STORAGE_FULL");
+  Stop(absl::ZeroDuration());
+  Start();  // collects at once
+  EXPECT_TRUE(Eventually([&] { return !manager_->Get(Everyone(), first).ok(); }));
+  EXPECT_TRUE(Eventually([&] { return manager_->Submit(Everyone(), request).ok(); }));
+}
+
 }  // namespace
 }  // namespace amhex::server

@@ -3,12 +3,17 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <array>
+#include <filesystem>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
+#include "errors.h"
 #include "files.h"
 #include "health_client.h"
 #include "job.h"
@@ -169,6 +174,58 @@ TEST_F(ProcessTest, HealthTellsReadinessAndKeepsLivenessWhileDraining) {
   EXPECT_TRUE(
       Eventually([&] { return health.Check("amhex.v1.Mesher") == HealthClient::kNotServing; }));
   EXPECT_EQ(health.Check(""), HealthClient::kServing);
+}
+
+// Runs amhexd with --check-config; gives what it printed and its exit code.
+std::pair<std::string, int> CheckConfig(const std::string& flags) {
+  FILE* pipe = popen((std::string(AMHEX_DAEMON) + " --check-config --worker " +
+                      AMHEX_SCRIPTED_WORKER + " " + flags + " 2>&1")
+                         .c_str(),
+                     "r");
+  std::string text;
+  for (std::array<char, 256> block; fgets(block.data(), block.size(), pipe) != nullptr;) {
+    text += block.data();
+  }
+  return {text, WEXITSTATUS(pclose(pipe))};
+}
+
+TEST_F(ProcessTest, CheckConfigPrintsWhatIsInForceAndHidesPasswords) {
+  const auto [text, code] = CheckConfig("--max-attempts 7 --store postgres://me:secret@db/jobs");
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_NE(text.find("max-attempts=7"), std::string::npos) << text;
+  EXPECT_NE(text.find("listen="), std::string::npos) << text;
+  EXPECT_NE(text.find("://me:***@db/jobs"), std::string::npos) << text;
+  EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+}
+
+TEST_F(ProcessTest, CheckConfigNamesWhatIsWrong) {
+  ASSERT_TRUE(WriteFileAtomically(folder_ / "tokens", "nonsense").ok());
+  const auto [text, code] = CheckConfig("--tokens " + (folder_ / "tokens"));
+  EXPECT_EQ(code, 2);
+  EXPECT_NE(text.find("line 1"), std::string::npos) << text;
+}
+
+TEST_F(ProcessTest, FullDiskFailsTheJobAndNothingElse) {
+  // A file system of 16 MiB of its own; where that is not permitted, no larger file than that.
+  std::filesystem::create_directory(folder_ / "data");
+  const bool mounted = mount("tmpfs", (folder_ / "data").c_str(), "tmpfs", 0, "size=16m") == 0;
+  if (!mounted) {
+    const rlimit limit{16 << 20, RLIM_INFINITY};
+    signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  Start();
+  const std::string full = Submit("large 20000000;");
+  EXPECT_TRUE(Reaches(full, Job::FAILED));
+  EXPECT_EQ(ReasonOf(Get(full).error()), "STORAGE_FULL") << Get(full).error().message();
+  const std::string after = Submit("succeed mesh;");
+  EXPECT_TRUE(Reaches(after, Job::SUCCEEDED));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "data/scratch"));
+  kill(pid_, SIGTERM);
+  EXPECT_EQ(Wait(), 0);
+  if (mounted) umount((folder_ / "data").c_str());
+  const rlimit none{RLIM_INFINITY, RLIM_INFINITY};
+  setrlimit(RLIMIT_FSIZE, &none);
 }
 
 TEST_F(ProcessTest, BadCommandLinesEndWithTwoAndLeaveNothing) {

@@ -10,7 +10,9 @@
 //   once PATH         goes on only if the file PATH exists; else makes it and dies by SIGKILL
 //   touch PATH        appends a line to the file PATH
 //   fail              ends the job with an error
+//   large BYTES       writes so many bytes as the result; ends the job as the worker does then
 //   succeed TEXT      writes TEXT as the result and ends the job
+#include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -80,6 +82,7 @@ class ScriptedWorker {
     if (verb == "once") Once(argument);
     if (verb == "touch") std::ofstream(argument, std::ios::app) << "here\n";
     if (verb == "fail") Fail("as the script says");
+    if (verb == "large") Large(std::stoul(argument));
     if (verb == "succeed") Succeed(argument);
   }
 
@@ -133,6 +136,19 @@ class ScriptedWorker {
       std::ofstream(order_.output_path()) << text;
       news.mutable_finished()->mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
     }
+    Send(news);
+  }
+
+  void Large(size_t size) {
+    auto fd = OpenFile(order_.output_path(), O_WRONLY | O_CREAT);
+    const std::string bytes(size, 'x');
+    absl::Status status =
+        fd.ok() ? WriteAllAt(fd->get(), bytes.data(), bytes.size(), 0) : fd.status();
+    if (fd.ok()) fd->Reset();
+    if (!status.ok()) return Finish(status);
+    finished_ = true;
+    FromWorker news;
+    news.mutable_finished()->mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
     Send(news);
   }
 

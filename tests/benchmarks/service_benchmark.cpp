@@ -1,0 +1,281 @@
+// What the service costs, on this machine, as one JSON object on standard output:
+//
+//   control     latency of GetJob at 1,000 calls per second
+//   first_frame from SubmitJob's start to the first frame of WatchJob's
+//   cycles      jobs from submission to their end, one after the other, per second
+//   cancel      from CancelJob's start to the job's end, for a worker that does not listen
+//   transfer    upload and download of blobs over TCP, a unix socket and TLS, beside a bare gRPC
+//               stream of the same bytes in the same process ("raw"), in GB/s
+//
+// Workers follow scripts, so that nothing but the service is measured. Usage:
+// service_benchmark [MEBIBYTES]
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "amhex/v1/blob_service.grpc.pb.h"
+#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "files.h"
+#include "job.h"
+#include "logging.h"
+#include "server.h"
+#include "service/service_fixtures.h"
+#include "service/test_certificates.h"
+#include "sha256.h"
+
+namespace amhex::server {
+namespace {
+
+using amhex::v1::Job;
+
+constexpr size_t kChunkBytes = 1 << 20;
+constexpr int kControlCalls = 3000;
+constexpr absl::Duration kControlInterval = absl::Milliseconds(1);
+constexpr int kJobs = 100;
+constexpr int kCancels = 50;
+
+[[noreturn]] void Die(const std::string& problem) {
+  std::cerr << "service_benchmark: " << problem << "\n";
+  std::exit(EXIT_FAILURE);
+}
+
+void Check(const grpc::Status& status) {
+  if (!status.ok()) Die(status.error_message());
+}
+
+// "name":{"p50_ms":..,"p99_ms":..}
+std::string Percentiles(const std::string& name, std::vector<absl::Duration> times) {
+  std::sort(times.begin(), times.end());
+  const auto at = [&times](double share) {
+    const auto last = static_cast<double>(times.size() - 1);
+    return absl::ToDoubleMilliseconds(times[static_cast<size_t>(share * last)]);
+  };
+  return absl::StrCat("\"", name, "\":{\"p50_ms\":", at(0.5), ",\"p99_ms\":", at(0.99), "}");
+}
+
+struct Stubs {
+  std::unique_ptr<amhex::v1::Mesher::Stub> mesher;
+  std::unique_ptr<amhex::v1::Blobs::Stub> blobs;
+};
+
+Stubs Connect(const std::string& address,
+              const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
+  const auto channel = grpc::CreateChannel(address, credentials);
+  return {amhex::v1::Mesher::NewStub(channel), amhex::v1::Blobs::NewStub(channel)};
+}
+
+Job Submit(const Stubs& stubs, const std::string& script) {
+  grpc::ClientContext context;
+  amhex::v1::SubmitJobResponse response;
+  Check(stubs.mesher->SubmitJob(&context, ScriptRequest(script), &response));
+  return response.job();
+}
+
+// Watches until `enough` holds of a frame.
+void WatchUntil(const Stubs& stubs, const std::string& name,
+                const std::function<bool(const amhex::v1::WatchJobResponse&)>& enough) {
+  grpc::ClientContext context;
+  amhex::v1::WatchJobRequest request;
+  request.set_name(name);
+  const auto stream = stubs.mesher->WatchJob(&context, request);
+  amhex::v1::WatchJobResponse frame;
+  while (stream->Read(&frame) && !enough(frame)) {
+  }
+  context.TryCancel();
+  stream->Finish();
+}
+
+bool IsEnd(const amhex::v1::WatchJobResponse& frame) {
+  return frame.has_job() && IsFinal(frame.job().state());
+}
+
+std::string MeasureControl(const Stubs& stubs) {
+  const Job job = Submit(stubs, "succeed mesh;");
+  std::vector<absl::Duration> times;
+  absl::Time next = absl::Now();
+  for (int i = 0; i < kControlCalls; ++i) {
+    absl::SleepFor(next - absl::Now());
+    // From when the call was due, so that a late one counts in full.
+    grpc::ClientContext context;
+    amhex::v1::GetJobRequest request;
+    request.set_name(job.name());
+    Job answer;
+    Check(stubs.mesher->GetJob(&context, request, &answer));
+    times.push_back(absl::Now() - next);
+    next += kControlInterval;
+  }
+  return Percentiles("control", std::move(times));
+}
+
+std::string MeasureFirstFrame(const Stubs& stubs) {
+  std::vector<absl::Duration> times;
+  for (int i = 0; i < kJobs; ++i) {
+    const absl::Time start = absl::Now();
+    const Job job = Submit(stubs, absl::StrCat("progress 1; succeed ", i, ";"));
+    WatchUntil(stubs, job.name(), [](const auto&) { return true; });
+    times.push_back(absl::Now() - start);
+    WatchUntil(stubs, job.name(), IsEnd);
+  }
+  return Percentiles("first_frame", std::move(times));
+}
+
+std::string MeasureCycles(const Stubs& stubs) {
+  const absl::Time start = absl::Now();
+  for (int i = 0; i < kJobs; ++i) {
+    WatchUntil(stubs, Submit(stubs, absl::StrCat("succeed cycle", i, ";")).name(), IsEnd);
+  }
+  return absl::StrCat("\"cycles_per_second\":", kJobs / absl::ToDoubleSeconds(absl::Now() - start));
+}
+
+std::string MeasureCancel(const Stubs& stubs) {
+  std::vector<absl::Duration> times;
+  for (int i = 0; i < kCancels; ++i) {
+    const Job job = Submit(stubs, absl::StrCat("progress 1; deaf 60000; succeed ", i, ";"));
+    WatchUntil(stubs, job.name(), [](const auto& frame) { return frame.has_progress(); });
+    const absl::Time start = absl::Now();
+    grpc::ClientContext context;
+    amhex::v1::CancelJobRequest request;
+    request.set_name(job.name());
+    Job answer;
+    Check(stubs.mesher->CancelJob(&context, request, &answer));
+    WatchUntil(stubs, job.name(), IsEnd);
+    times.push_back(absl::Now() - start);
+  }
+  return Percentiles("cancel", std::move(times));
+}
+
+double GigabytesPerSecond(size_t bytes, absl::Time start) {
+  return 1e-9 * static_cast<double>(bytes) / absl::ToDoubleSeconds(absl::Now() - start);
+}
+
+double Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std::string& sha256) {
+  const absl::Time start = absl::Now();
+  grpc::ClientContext context;
+  amhex::v1::WriteBlobResponse response;
+  const auto stream = blobs->WriteBlob(&context, &response);
+  amhex::v1::WriteBlobRequest chunk;
+  chunk.mutable_blob()->set_sha256(sha256);
+  chunk.mutable_blob()->set_size_bytes(static_cast<int64_t>(bytes.size()));
+  for (size_t offset = 0; offset < bytes.size(); offset += kChunkBytes) {
+    chunk.set_offset(static_cast<int64_t>(offset));
+    chunk.set_data(bytes.data() + offset, std::min(kChunkBytes, bytes.size() - offset));
+    chunk.set_finish(offset + kChunkBytes >= bytes.size());
+    stream->Write(chunk);
+  }
+  stream->WritesDone();
+  Check(stream->Finish());
+  return GigabytesPerSecond(bytes.size(), start);
+}
+
+double Download(amhex::v1::Blobs::Stub* blobs, const std::string& sha256) {
+  const absl::Time start = absl::Now();
+  grpc::ClientContext context;
+  amhex::v1::ReadBlobRequest request;
+  request.mutable_blob()->set_sha256(sha256);
+  const auto stream = blobs->ReadBlob(&context, request);
+  size_t total = 0;
+  for (amhex::v1::ReadBlobResponse chunk; stream->Read(&chunk);) total += chunk.data().size();
+  Check(stream->Finish());
+  return GigabytesPerSecond(total, start);
+}
+
+// Takes and gives the same messages, keeps nothing.
+class RawBlobs final : public amhex::v1::Blobs::Service {
+ public:
+  explicit RawBlobs(const std::string& bytes) : bytes_(bytes) {}
+
+  grpc::Status WriteBlob(grpc::ServerContext*, grpc::ServerReader<amhex::v1::WriteBlobRequest>* in,
+                         amhex::v1::WriteBlobResponse*) override {
+    for (amhex::v1::WriteBlobRequest chunk; in->Read(&chunk);) {
+    }
+    return grpc::Status::OK;
+  }
+
+  grpc::Status ReadBlob(grpc::ServerContext*, const amhex::v1::ReadBlobRequest*,
+                        grpc::ServerWriter<amhex::v1::ReadBlobResponse>* out) override {
+    amhex::v1::ReadBlobResponse chunk;
+    for (size_t offset = 0; offset < bytes_.size(); offset += kChunkBytes) {
+      chunk.set_offset(static_cast<int64_t>(offset));
+      chunk.set_data(bytes_.data() + offset, std::min(kChunkBytes, bytes_.size() - offset));
+      if (!out->Write(chunk)) break;
+    }
+    return grpc::Status::OK;
+  }
+
+ private:
+  const std::string& bytes_;
+};
+
+std::string MeasureTransfer(const std::string& name, const std::string& address,
+                            const std::shared_ptr<grpc::ChannelCredentials>& credentials,
+                            std::string bytes) {
+  bytes.replace(0, name.size(), name);  // so that each way uploads a blob of its own
+  const std::string sha256 = Sha256Hex(bytes);
+  const Stubs stubs = Connect(address, credentials);
+  RawBlobs raw(bytes);
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&raw);
+  const auto raw_server = builder.BuildAndStart();
+  const Stubs bare = Connect(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials());
+  Upload(bare.blobs.get(), bytes, sha256);  // warms up
+  const double raw_up = Upload(bare.blobs.get(), bytes, sha256);
+  const double up = Upload(stubs.blobs.get(), bytes, sha256);
+  const double raw_down = Download(bare.blobs.get(), sha256);
+  const double down = Download(stubs.blobs.get(), sha256);
+  raw_server->Shutdown();
+  return absl::StrCat("\"", name, "\":{\"upload\":", up, ",\"raw_upload\":", raw_up,
+                      ",\"download\":", down, ",\"raw_download\":", raw_down, "}");
+}
+
+int Main(size_t blob_bytes) {
+  SetUpLogging("error").IgnoreError();
+  TemporaryFolder folder;
+  TestAuthority authority;
+  const PemPair pair = authority.Sign("localhost");
+  WriteFileAtomically(folder / "cert", pair.certificate).IgnoreError();
+  WriteFileAtomically(folder / "key", pair.key).IgnoreError();
+  ServerOptions options;
+  options.listen = {"127.0.0.1:0", "unix:" + (folder / "socket")};
+  options.metrics_listen = "";
+  options.data_dir = folder / "data";
+  options.worker = AMHEX_SCRIPTED_WORKER;
+  options.limits.max_blob_bytes = 4 * static_cast<int64_t>(blob_bytes);
+  auto plain = Server::Create(options);
+  options.listen = {"127.0.0.1:0"};
+  options.data_dir = folder / "tls-data";
+  options.tls.certificate = folder / "cert";
+  options.tls.key = folder / "key";
+  auto secure = Server::Create(options);
+  if (!plain.ok() || !secure.ok()) Die("a server did not start");
+  const auto insecure = grpc::InsecureChannelCredentials();
+  const Stubs stubs = Connect((*plain)->addresses()[0], insecure);
+  const std::string bytes(blob_bytes, 'x');
+  std::cout << "{" << MeasureControl(stubs) << "," << std::flush;
+  std::cout << MeasureFirstFrame(stubs) << "," << std::flush;
+  std::cout << MeasureCycles(stubs) << "," << std::flush;
+  std::cout << MeasureCancel(stubs) << "," << std::flush;
+  std::cout << "\"transfer_gb_per_second\":{"
+            << MeasureTransfer("tcp", (*plain)->addresses()[0], insecure, bytes) << ","
+            << MeasureTransfer("unix", (*plain)->addresses()[1], insecure, bytes) << ","
+            << MeasureTransfer("tls", (*secure)->addresses()[0],
+                               grpc::SslCredentials({authority.certificate(), "", ""}), bytes)
+            << "}}\n";
+  return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace amhex::server
+
+int main(int argc, char** argv) {
+  constexpr size_t kDefaultMebibytes = 256;
+  const size_t mebibytes = argc > 1 ? std::stoul(argv[1]) : kDefaultMebibytes;
+  return amhex::server::Main(mebibytes << 20);
+}
