@@ -69,8 +69,9 @@ struct GridLevel {
   // Summed weights of the fine edges that join the two cells; empty on the finest level, where
   // they are kAxisWeight and kDiagonalWeight.
   std::vector<std::array<float, kNeighbourCount>> weights;
-  std::vector<int32_t> parent;              // node of the next coarser level; empty on the last
-  std::vector<int32_t> constraint_of_node;  // index into constraints, -1 = away from the hull
+  std::vector<int32_t> parent;  // node of the next coarser level; empty on the last
+  // Finest level only: index into constraints, -1 = away from the hull.
+  std::vector<int32_t> constraint_of_node;
   std::vector<HullConstraints> constraints;
   // Nodes by the parity of their cell: no two neighbours share a colour.
   std::array<std::vector<int32_t>, 8> colours;

@@ -27,14 +27,14 @@ constexpr double kPhaseDone = 0.9;
 
 }  // namespace
 
-absl::StatusOr<Sites> PopulateFromFields(const Hull& hull, const HullSamples& /*samples*/,
+absl::StatusOr<Sites> PopulateFromFields(const Hull& hull, const HullSamples& samples,
                                          const MeshingParams& /*params*/, RunContext& run) {
   using namespace fields;  // NOLINT: the steps below are all from there
   absl::StatusOr<BackgroundGrid> grid = BuildBackgroundGrid(hull, ProgressSlice(run, 0, kGridDone));
   if (!grid.ok()) return grid.status();
 
   absl::StatusOr<std::vector<Quaternion>> frames = SolveOrientationField(
-      *grid, OrientationSettings{}, ProgressSlice(run, kGridDone, kOrientationDone));
+      *grid, samples, OrientationSettings{}, ProgressSlice(run, kGridDone, kOrientationDone));
   if (!frames.ok()) return frames.status();
   grid->levels.resize(1);  // only the orientation field needs the coarser levels
   const ForwardCodes codes = MatchNeighbours(grid->fine(), *frames, run);

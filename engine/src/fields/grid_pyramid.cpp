@@ -1,6 +1,5 @@
 // Coarser levels (2 x 2 x 2 cells to one), and who is whose neighbour on each.
 #include <bit>
-#include <cmath>
 
 #include "fields/background_grid.h"
 
@@ -9,38 +8,14 @@ namespace {
 
 // Coarsening ends here; neighbours of so few nodes are found by trying all pairs.
 constexpr int64_t kCoarsestCount = 8;
-// A coarse node keeps normals of its children that differ (as lines) by more than about 32 degrees.
-constexpr double kDistinctLineCosine = 0.85;
-
-void InheritConstraints(const HullConstraints& from, HullConstraints* to) {
-  for (const HullConstraint& candidate : from) {
-    if (to->count == static_cast<int>(to->item.size())) return;
-    bool is_new = true;
-    for (const HullConstraint& known : *to) {
-      if (std::abs(Dot(known.normal, candidate.normal)) > kDistinctLineCosine) is_new = false;
-    }
-    if (is_new) to->item[to->count++] = candidate;
-  }
-}
 
 GridLevel MakeParents(GridLevel* fine) {
   GridLevel coarse;
   fine->parent.resize(fine->count());
   for (int64_t i = 0; i < fine->count(); ++i) {
     const uint64_t key = fine->key[i] >> 3;
-    if (coarse.key.empty() || coarse.key.back() != key) {
-      coarse.key.push_back(key);
-      coarse.constraint_of_node.push_back(-1);
-    }
-    const auto parent = static_cast<int32_t>(coarse.count() - 1);
-    fine->parent[i] = parent;
-    if (const HullConstraints* own = fine->ConstraintsOf(i)) {
-      if (coarse.constraint_of_node[parent] < 0) {
-        coarse.constraint_of_node[parent] = static_cast<int32_t>(coarse.constraints.size());
-        coarse.constraints.emplace_back();
-      }
-      InheritConstraints(*own, &coarse.constraints.back());
-    }
+    if (coarse.key.empty() || coarse.key.back() != key) coarse.key.push_back(key);
+    fine->parent[i] = static_cast<int32_t>(coarse.count() - 1);
   }
   return coarse;
 }

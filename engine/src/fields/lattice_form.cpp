@@ -1,12 +1,13 @@
 #include "fields/lattice_form.h"
 
+#include <utility>
+
 #include "fields/conjugate_gradient.h"
+#include "fields/hull_edges.h"
 #include "fields/lattice_jacobian.h"
 
 namespace amhex::fields {
 namespace {
-
-using Increments = std::vector<std::array<Vec3f, 3>>;
 
 // Cells along the node's axes per step `d` of the grid.
 Vec3d OwnIncrement(const Quaternion& frame, const Vec3d& size, int d, double spacing) {
@@ -35,13 +36,19 @@ Increments ExpectedIncrements(const BackgroundGrid& grid, const std::vector<Quat
   return increments;
 }
 
-// The operator 1 + K C^T C on flat vectors of nine numbers per node; C = curl around the regular
-// squares.
+// The operator W + K C^T C on flat vectors of nine numbers per node; C = curl around the regular
+// squares, W = weight of the correction, larger on edges that follow the hull.
 class ClosureSystem {
  public:
-  ClosureSystem(const GridLevel& level, const ForwardCodes& codes, float weight,
-                const RunContext& run)
-      : level_(level), codes_(codes), weight_(weight), run_(run), is_regular_(level.count(), 0) {
+  ClosureSystem(const GridLevel& level, const ForwardCodes& codes, const LatticeSettings& settings,
+                std::vector<uint16_t> follows, const RunContext& run)
+      : level_(level),
+        codes_(codes),
+        weight_(static_cast<float>(settings.closure_weight)),
+        hull_weight_(static_cast<float>(settings.hull_edge_weight)),
+        follows_(std::move(follows)),
+        run_(run),
+        is_regular_(level.count(), 0) {
     ForEach(run, level.count(), [&](int64_t i) {
       for (int d = 0; d < 3; ++d) {
         if (IsRegularSquare(level, codes, i, d)) {
@@ -73,8 +80,16 @@ class ClosureSystem {
     return sum;
   }
 
-  // One for the correction itself plus K per square that the edge bounds.
-  float DiagonalAt(int64_t i, int d) const {
+  // W times the correction of one edge.
+  Vec3f Weighted(int64_t i, int d, Vec3f correction) const {
+    for (int a = 0; a < 3; ++a) {
+      if (Follows(follows_, i, d, a)) correction[a] *= hull_weight_;
+    }
+    return correction;
+  }
+
+  // W plus K per square that the edge bounds.
+  Vec3f DiagonalAt(int64_t i, int d) const {
     const int before = (d + 2) % 3, after = (d + 1) % 3;
     int squares = (IsRegular(i, d) ? 1 : 0) + (IsRegular(i, before) ? 1 : 0);
     if (const int32_t j = level_.neighbours[i][Opposite(before)]; j >= 0) {
@@ -83,7 +98,8 @@ class ClosureSystem {
     if (const int32_t j = level_.neighbours[i][Opposite(after)]; j >= 0) {
       squares += IsRegular(j, d) ? 1 : 0;
     }
-    return 1 + weight_ * static_cast<float>(squares);
+    const float closing = weight_ * static_cast<float>(squares);
+    return Weighted(i, d, {1, 1, 1}) + Vec3f{closing, closing, closing};
   }
 
   bool IsRegular(int64_t i, int d) const { return (is_regular_[i] >> d & 1) != 0; }
@@ -93,6 +109,8 @@ class ClosureSystem {
   const GridLevel& level_;
   const ForwardCodes& codes_;
   float weight_;
+  float hull_weight_;
+  std::vector<uint16_t> follows_;
   const RunContext& run_;
   std::vector<uint8_t> is_regular_;  // bit d: square d of the node
 };
@@ -126,12 +144,7 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
   LinearSystem system;
   system.diagonal.resize(9 * count);
   Flatten(
-      run, count,
-      [&](int64_t i, int d) {
-        const float value = closure.DiagonalAt(i, d);
-        return Vec3f{value, value, value};
-      },
-      &system.diagonal);
+      run, count, [&](int64_t i, int d) { return closure.DiagonalAt(i, d); }, &system.diagonal);
   closure.Curls(*increments, &curls);
   Flatten(
       run, count, [&](int64_t i, int d) { return closure.Adjoint(curls, i, d) * -weight; }, &rhs);
@@ -140,7 +153,9 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
     closure.Curls(scratch, &curls);
     Flatten(
         run, count,
-        [&](int64_t i, int d) { return scratch[i][d] + closure.Adjoint(curls, i, d) * weight; },
+        [&](int64_t i, int d) {
+          return closure.Weighted(i, d, scratch[i][d]) + closure.Adjoint(curls, i, d) * weight;
+        },
         &product);
   };
   const absl::StatusOr<int> iterations = SolveConjugateGradient(
@@ -181,7 +196,8 @@ absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,
   LatticeForm form;
   form.increments = ExpectedIncrements(grid, frames, sizes, codes, run);
   {
-    const ClosureSystem closure(grid.fine(), codes, static_cast<float>(settings.closure_weight),
+    const ClosureSystem closure(grid.fine(), codes, settings,
+                                FollowHull({grid, frames, sizes, codes}, run, &form.increments),
                                 run);
     if (absl::Status s = CloseIncrements(closure, settings, run, &form.increments); !s.ok()) {
       return s;

@@ -2,13 +2,12 @@
 
 #include <cmath>
 
+#include "fields/point_index.h"
 #include "fields/quartic_form.h"
 
 namespace amhex::fields {
 namespace {
 
-// The normals' pull is not linear in the frame: repeated so often per visit.
-constexpr int kPullRounds = 3;
 // Ascent towards the neighbours' mean per visit; sweeps do the rest.
 constexpr int kAscentRounds = 2;
 
@@ -17,10 +16,88 @@ float WeightOf(const GridLevel& level, int64_t node, int k) {
   return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
 }
 
-// The frame nearest to the neighbours' together.
-Quaternion SmoothedFrame(const GridLevel& level, const std::vector<QuarticForm>& forms,
-                         const Quaternion& start, int64_t node) {
+// Normals of samples within this distance (edge lengths) and 45 degrees count as one side's.
+constexpr double kNormalReach = 1.0;
+constexpr double kSameSideCosine = 0.7;
+// Mean squared angle (radians) between them at which the hull's weight has halved: a ball of ten
+// edge lengths' radius.
+constexpr double kHalfTrustTurning = 0.006;
+
+// What the hull adds to the neighbours' forms: for every normal n the form weight (n . x)^4, which
+// is largest for frames with an axis along n. Where the hull turns within a cell no lattice can
+// follow it, and a strong pull would only leave singular lines in the outermost layer: there the
+// weight falls. Coarse nodes sum up their children.
+struct HullForms {
+  std::vector<int32_t> of_node;  // index into forms, -1 = none
+  std::vector<QuarticForm> forms;
+};
+
+// Mean normal of the samples around one constraint, and how much to trust it.
+struct MeanNormal {
+  Vec3d direction;
+  double flatness = 1;  // 1 = flat, towards 0 = turning within an edge length
+};
+
+class NormalsAround {
+ public:
+  explicit NormalsAround(const HullSamples& samples)
+      : samples_(samples), index_(samples.position, kNormalReach) {}
+
+  MeanNormal At(const HullConstraint& hull) const {
+    Vec3d sum = hull.normal;
+    int count = 1;
+    index_.VisitNear(hull.point, kNormalReach, [&](int32_t s) {
+      if (SquaredNorm(samples_.position[s] - hull.point) > kNormalReach * kNormalReach) return;
+      if (Dot(samples_.normal[s], hull.normal) < kSameSideCosine) return;
+      sum += samples_.normal[s];
+      ++count;
+    });
+    const double length = Norm(sum);
+    const double turning = 2 * (1 - length / count);  // mean squared angle
+    return {sum / length, 1 / (1 + turning / kHalfTrustTurning)};
+  }
+
+ private:
+  const HullSamples& samples_;
+  PointIndex index_;
+};
+
+HullForms FinestHullForms(const GridLevel& level, const HullSamples& samples, double weight,
+                          const RunContext& run) {
+  HullForms hull;
+  hull.of_node = level.constraint_of_node;
+  hull.forms.resize(level.constraints.size());
+  const NormalsAround normals(samples);
+  ForEach(run, static_cast<int64_t>(hull.forms.size()), [&](int64_t k) {
+    for (const HullConstraint& constraint : level.constraints[k]) {
+      const MeanNormal mean = normals.At(constraint);
+      hull.forms[k].Add(FormOfAxis(mean.direction), static_cast<float>(weight * mean.flatness));
+    }
+  });
+  return hull;
+}
+
+HullForms ParentHullForms(const GridLevel& level, const HullForms& children, int64_t parent_count) {
+  HullForms hull;
+  hull.of_node.assign(parent_count, -1);
+  for (int64_t i = 0; i < level.count(); ++i) {
+    if (children.of_node[i] < 0) continue;
+    int32_t& index = hull.of_node[level.parent[i]];
+    if (index < 0) {
+      index = static_cast<int32_t>(hull.forms.size());
+      hull.forms.emplace_back();
+    }
+    hull.forms[index].Add(children.forms[children.of_node[i]], 1.0F);
+  }
+  return hull;
+}
+
+// The frame nearest to the neighbours' and the hull's wishes together.
+Quaternion SmoothedFrame(const GridLevel& level, const HullForms& hull,
+                         const std::vector<QuarticForm>& forms, const Quaternion& start,
+                         int64_t node) {
   QuarticForm sum;
+  if (const int32_t index = hull.of_node[node]; index >= 0) sum = hull.forms[index];
   for (int k = 0; k < kNeighbourCount; ++k) {
     const int32_t j = level.neighbours[node][k];
     if (j >= 0) sum.Add(forms[j], WeightOf(level, node, k));
@@ -28,22 +105,7 @@ Quaternion SmoothedFrame(const GridLevel& level, const std::vector<QuarticForm>&
   return NearestFrame(sum, start, kAscentRounds);
 }
 
-Quaternion PulledToNormals(const Quaternion& smoothed, const HullConstraints& constraints,
-                           const OrientationSettings& settings) {
-  const double keep =
-      constraints.count > 1 ? settings.smooth_weight_several : settings.smooth_weight_one;
-  Quaternion frame = smoothed;
-  for (int round = 0; round < kPullRounds; ++round) {
-    Quaternion sum = Scaled(frame, keep);
-    for (const HullConstraint& constraint : constraints) {
-      sum = AddAligned(sum, AlignedToNormal(frame, constraint.normal), settings.normal_weight);
-    }
-    frame = Normalized(sum);
-  }
-  return frame;
-}
-
-absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& settings, int sweeps,
+absl::Status SmoothLevel(const GridLevel& level, const HullForms& hull, int sweeps,
                          const RunContext& run, std::vector<Quaternion>* frames) {
   std::vector<QuarticForm> forms(level.count());
   ForEach(run, level.count(), [&](int64_t i) { forms[i] = FormOfFrame((*frames)[i]); });
@@ -52,10 +114,7 @@ absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& sett
       const std::vector<int32_t>& colour = level.colours[(sweep & 1) != 0 ? 7 - step : step];
       ForEach(run, static_cast<int64_t>(colour.size()), [&](int64_t c) {
         const int32_t node = colour[c];
-        Quaternion frame = SmoothedFrame(level, forms, (*frames)[node], node);
-        if (const HullConstraints* constraints = level.ConstraintsOf(node)) {
-          frame = PulledToNormals(frame, *constraints, settings);
-        }
+        const Quaternion frame = SmoothedFrame(level, hull, forms, (*frames)[node], node);
         (*frames)[node] = frame;
         forms[node] = FormOfFrame(frame);
       });
@@ -68,8 +127,14 @@ absl::Status SmoothLevel(const GridLevel& level, const OrientationSettings& sett
 }  // namespace
 
 absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGrid& grid,
+                                                              const HullSamples& samples,
                                                               const OrientationSettings& settings,
                                                               const ProgressSlice& slice) {
+  std::vector<HullForms> hull{
+      FinestHullForms(grid.fine(), samples, settings.hull_weight, slice.run())};
+  for (size_t l = 0; l + 1 < grid.levels.size(); ++l) {
+    hull.push_back(ParentHullForms(grid.levels[l], hull[l], grid.levels[l + 1].count()));
+  }
   std::vector<Quaternion> frames(grid.levels.back().count());
   for (size_t l = grid.levels.size(); l-- > 0;) {
     const GridLevel& level = grid.levels[l];
@@ -79,7 +144,7 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
       frames = std::move(finer);
     }
     const int sweeps = l == 0 ? settings.fine_sweeps : settings.coarse_sweeps;
-    if (absl::Status s = SmoothLevel(level, settings, sweeps, slice.run(), &frames); !s.ok()) {
+    if (absl::Status s = SmoothLevel(level, hull[l], sweeps, slice.run(), &frames); !s.ok()) {
       return s;
     }
     slice.Report(static_cast<double>(level.count()) / static_cast<double>(grid.count()));

@@ -13,17 +13,16 @@
 namespace amhex::fields {
 
 struct OrientationSettings {
-  int fine_sweeps = 30;     // on the finest level
-  int coarse_sweeps = 100;  // on each coarser one: cheap, and there the singularities are settled
-  double normal_weight = 4.0;
-  // Weight of the smoothed frame against the normals: with one normal, and with several.
-  double smooth_weight_one = 0.3;
-  double smooth_weight_several = 0.5;
+  int fine_sweeps = 10;      // on the finest level; 100 give no fewer open faces
+  int coarse_sweeps = 100;   // on each coarser one: cheap, and there the singularities are settled
+  double hull_weight = 300;  // of "an axis along the normal" on a flat hull against one neighbour
 };
 
-// [node_count] unit quaternions of the finest level. Coarse to fine; sweeps run colour by colour,
-// so the result does not depend on the number of threads. O(nodes * sweeps).
+// [node_count] unit quaternions of the finest level; `samples` (may be empty) tell how much the
+// hull turns around each node. Coarse to fine; sweeps run colour by colour, so the result does not
+// depend on the number of threads. O(nodes * sweeps).
 absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGrid& grid,
+                                                              const HullSamples& samples,
                                                               const OrientationSettings& settings,
                                                               const ProgressSlice& slice);
 
@@ -47,6 +46,8 @@ struct NearestAxis {
   double sign = 1;
   double cosine = 1;  // >= 1 / sqrt(3)
 };
+// The hull counts for an axis within about 35 degrees of its normal.
+inline constexpr double kAlignedCosine = 0.82;
 NearestAxis FindNearestAxis(const AxisFrame& frame, const Vec3d& normal);
 
 }  // namespace amhex::fields

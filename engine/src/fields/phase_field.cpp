@@ -12,8 +12,6 @@ namespace {
 constexpr double kFullTurn = 2 * std::numbers::pi;
 // Fixes what no hull fixes in the plain solve.
 constexpr float kRegularization = 1e-4F;
-// A hull normal counts for an axis within about 35 degrees of it.
-constexpr double kAlignedCosine = 0.82;
 // Rounds over a node's hull constraints when it has several: they are not quite orthogonal.
 constexpr int kProjectionRounds = 3;
 
@@ -77,13 +75,6 @@ class PhaseSystem {
     return rhs;
   }
   const std::vector<float>& hull_target() const { return hull_target_; }
-
-  // [3 * node + axis] whether a hull fixes the phase.
-  std::vector<uint8_t> HasTarget() const {
-    std::vector<uint8_t> has_target(hull_weight_.size());
-    for (size_t u = 0; u < has_target.size(); ++u) has_target[u] = hull_weight_[u] > 0 ? 1 : 0;
-    return has_target;
-  }
 
  private:
   void SetTurns(const LatticeForm& form, int64_t i) {
@@ -199,7 +190,7 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
   std::vector<float> x(6 * grid.count(), 0.0F);
   absl::Status status = Improve(phases, phases.hull_target(),
                                 {settings.first_iterations, settings.first_tolerance}, run, &x);
-  SeedFreePhases(grid.fine(), codes, form, phases.HasTarget(), &x);
+  SeedWeakPhases(grid.fine(), codes, form, &x);
   for (int round = 0; status.ok() && round < settings.rounds; ++round) {
     slice.Report((round + 1.0) / (settings.rounds + 2.0));
     const double progress =

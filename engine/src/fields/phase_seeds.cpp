@@ -6,6 +6,8 @@
 namespace amhex::fields {
 namespace {
 
+constexpr double kFullTurn = 2 * std::numbers::pi;
+
 // Walks over (node, axis) pairs, numbered 3 * node + axis.
 class PhaseWalk {
  public:
@@ -19,9 +21,14 @@ class PhaseWalk {
   bool is_reached(int64_t u) const { return is_reached_[u] != 0; }
   double phase(int64_t u) const { return phase_[u]; }
 
-  // Reaches all that is connected to `seeds`; returns them in the order of the walk.
+  void Start(int64_t u, double phase) {
+    is_reached_[u] = 1;
+    phase_[u] = phase;
+  }
+
+  // From what has been started at `seeds` to all that is connected; appends those in the order of
+  // the walk.
   std::vector<int64_t> Spread(std::vector<int64_t> seeds) {
-    for (const int64_t u : seeds) is_reached_[u] = 1;
     for (size_t next = 0; next < seeds.size(); ++next) {
       const int64_t node = seeds[next] / 3;
       const int axis = static_cast<int>(seeds[next] % 3);
@@ -69,22 +76,30 @@ class PhaseWalk {
 
 }  // namespace
 
-void SeedFreePhases(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form,
-                    const std::vector<uint8_t>& has_target, std::vector<float>* x) {
+void SeedWeakPhases(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form,
+                    std::vector<float>* x) {
+  const int64_t count = 3 * level.count();
   PhaseWalk walk(level, codes, form);
-  const auto count = static_cast<int64_t>(has_target.size());
-  std::vector<int64_t> tied;
+  std::vector<int64_t> seeds;
   for (int64_t u = 0; u < count; ++u) {
-    if (has_target[u] != 0) tied.push_back(u);
+    const double re = (*x)[2 * u], im = (*x)[2 * u + 1];
+    if (re * re + im * im < kWeakPhase * kWeakPhase) continue;
+    walk.Start(u, std::atan2(im, re) / kFullTurn);
+    seeds.push_back(u);
   }
-  walk.Spread(std::move(tied));
-  for (int64_t first = 0; first < count; ++first) {
-    if (walk.is_reached(first)) continue;
-    for (const int64_t u : walk.Spread({first})) {
-      const double angle = 2 * std::numbers::pi * walk.phase(u);
-      (*x)[2 * u] = static_cast<float>(std::cos(angle));
-      (*x)[2 * u + 1] = static_cast<float>(std::sin(angle));
+  size_t known = seeds.size();
+  for (int64_t next = 0; next <= count; ++next) {
+    const std::vector<int64_t> walked = walk.Spread(std::move(seeds));
+    for (size_t k = known; k < walked.size(); ++k) {
+      const int64_t u = walked[k];
+      (*x)[2 * u] = static_cast<float>(std::cos(kFullTurn * walk.phase(u)));
+      (*x)[2 * u + 1] = static_cast<float>(std::sin(kFullTurn * walk.phase(u)));
     }
+    while (next < count && walk.is_reached(next)) ++next;
+    if (next == count) break;
+    walk.Start(next, 0);
+    seeds = {next};
+    known = 0;
   }
 }
 

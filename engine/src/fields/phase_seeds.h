@@ -1,5 +1,5 @@
-// Phases by walking: where no hull fixes an axis (around a ring, say), the equations alone leave
-// its phase undetermined, and any walk from any node is a start.
+// Phases by walking: where no hull fixes an axis (around a ring, say) or only one far away, the
+// equations leave its phase undetermined or lost in rounding, and a walk is a better start.
 #pragma once
 
 #include <array>
@@ -11,11 +11,12 @@
 
 namespace amhex::fields {
 
-// has_target[3 * node + axis]: the phase is tied to the hull. Axes of neighbouring nodes that turn
-// into each other form one component; in those without any target, adds up the form's increments
-// along a breadth-first walk from the component's first entry and writes exp(2 pi i phase) to
-// x[2 * (3 * node + axis)] and the entry after it. Other components keep their values. O(nodes).
-void SeedFreePhases(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form,
-                    const std::vector<uint8_t>& has_target, std::vector<float>* x);
+// x[2 * (3 * node + axis)] and the entry after it: real and imaginary part of a phase. Those
+// shorter than kWeakPhase are replaced by unit numbers: the phases of the others, carried on by the
+// form's increments along breadth-first walks; what no walk reaches starts one of its own.
+// O(nodes).
+inline constexpr double kWeakPhase = 0.01;
+void SeedWeakPhases(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form,
+                    std::vector<float>* x);
 
 }  // namespace amhex::fields

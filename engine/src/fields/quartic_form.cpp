@@ -25,20 +25,21 @@ Vec3d QuarticForm::Gradient(const Vec3d& v) const {
               2 * z * (c[10] * xx + c[11] * yy + c[14] * x * y) + x * y * (c[12] * x + c[13] * y)};
 }
 
+QuarticForm FormOfAxis(const Vec3d& axis) {
+  const auto x = static_cast<float>(axis.x), y = static_cast<float>(axis.y),
+             z = static_cast<float>(axis.z);
+  const float xx = x * x, yy = y * y, zz = z * z;
+  const float xy = x * y, xz = x * z, yz = y * z;
+  return {{xx * xx, yy * yy, zz * zz, 4 * xx * xy, 4 * xx * xz, 4 * yy * xy, 4 * yy * yz,
+           4 * zz * xz, 4 * zz * yz, 6 * xx * yy, 6 * xx * zz, 6 * yy * zz, 12 * xx * yz,
+           12 * yy * xz, 12 * zz * xy}};
+}
+
 QuarticForm FormOfFrame(const Quaternion& frame) {
-  std::array<double, 15> c{};
-  for (const Vec3d& a : ToFrame(frame).axis) {
-    const double x = a.x, y = a.y, z = a.z;
-    const double xx = x * x, yy = y * y, zz = z * z;
-    const double xy = x * y, xz = x * z, yz = y * z;
-    const std::array<double, 15> term{xx * xx,      yy * yy,      zz * zz,     4 * xx * xy,
-                                      4 * xx * xz,  4 * yy * xy,  4 * yy * yz, 4 * zz * xz,
-                                      4 * zz * yz,  6 * xx * yy,  6 * xx * zz, 6 * yy * zz,
-                                      12 * xx * yz, 12 * yy * xz, 12 * zz * xy};
-    for (int k = 0; k < 15; ++k) c[k] += term[k];
-  }
-  QuarticForm form;
-  for (int k = 0; k < 15; ++k) form.coefficients[k] = static_cast<float>(c[k]);
+  const AxisFrame axes = ToFrame(frame);
+  QuarticForm form = FormOfAxis(axes.axis[0]);
+  form.Add(FormOfAxis(axes.axis[1]), 1.0F);
+  form.Add(FormOfAxis(axes.axis[2]), 1.0F);
   return form;
 }
 

@@ -28,6 +28,9 @@ struct QuarticForm {
 
 QuarticForm FormOfFrame(const Quaternion& frame);
 
+// (axis . x)^4.
+QuarticForm FormOfAxis(const Vec3d& axis);
+
 // `start` moved towards the frame nearest to `form` by so many rounds of the ascent that replaces
 // the axes by the rotation nearest to their gradients. Every round raises P(a_0) + P(a_1) + P(a_2)
 // (P is convex); the error falls with its third power where the summed frames agree. Returns

@@ -61,7 +61,7 @@ struct SolvedFields {
     auto built = BuildBackgroundGrid(hull, slice);
     if (!built.ok()) return;
     grid = *std::move(built);
-    auto oriented = SolveOrientationField(grid, {}, slice);
+    auto oriented = SolveOrientationField(grid, {}, {}, slice);
     if (!oriented.ok()) return;
     frames = *std::move(oriented);
     codes = MatchNeighbours(grid.fine(), frames, run);

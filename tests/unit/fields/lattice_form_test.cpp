@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fields/hull_edges.h"
 #include "fixtures/solids.h"
 #include "unit/fields/field_fixtures.h"
 
@@ -39,6 +40,29 @@ TEST(LatticeForm, CountsHalfACellPerStepInABox) {
       EXPECT_NEAR(Norm(fields.form.increments[i][d]), fields.grid.spacing, 1e-3);
     }
   }
+}
+
+TEST(LatticeForm, KeepsItsLayersParallelToARoundHull) {
+  const SolvedFields fields(fixtures::MakeTorus(8, 2.5, 0.3));
+  ASSERT_TRUE(fields.ok);
+  const GridLevel& level = fields.grid.fine();
+  Increments increments(level.count());
+  const auto follows =
+      FollowHull({fields.grid, fields.frames, fields.sizes, fields.codes}, fields.run, &increments);
+  int64_t followed = 0;
+  for (int64_t i = 0; i < level.count(); ++i) {
+    for (int bit = 0; bit < 9; ++bit) {
+      const int d = bit / 3, a = bit % 3;
+      if (!Follows(follows, i, d, a)) continue;
+      ++followed;
+      // Depths differ by no more than the way between two points of a nearly flat hull.
+      EXPECT_LE(std::abs(increments[i][d][a]), 1.5 * fields.grid.spacing / fields.sizes[i][a]);
+      const HullConstraint& hull = *level.ConstraintsOf(i)->begin();
+      const AxisFrame frame = ToFrame(fields.frames[i]);
+      EXPECT_GT(std::abs(Dot(frame.axis[a], hull.normal)), kAlignedCosine);
+    }
+  }
+  EXPECT_GT(followed, 1000);
 }
 
 TEST(LatticeForm, HoldsTheWantedDensity) {

@@ -41,6 +41,30 @@ TEST(OrientationField, MatchedNeighboursTurnLittleAwayFromSingularities) {
   }
 }
 
+// Mean squared sine of half the angle between matched neighbours.
+double Roughness(const SolvedFields& fields) {
+  double sum = 0;
+  int64_t edges = 0;
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    for (const int32_t j : fields.grid.fine().neighbours[i]) {
+      if (j < 0) continue;
+      const double c = Dot(fields.frames[i], Matched(fields.frames[i], fields.frames[j]));
+      sum += 1 - c * c;
+      ++edges;
+    }
+  }
+  return sum / static_cast<double>(edges);
+}
+
+TEST(OrientationField, IsAsSmoothInATurnedSolid) {
+  const TriangleMesh torus = fixtures::MakeTorus(6, 3, 0.5);
+  const SolvedFields straight(torus);
+  const SolvedFields turned(Turned(ToFrame(SkewRotation()), torus));
+  ASSERT_TRUE(straight.ok);
+  ASSERT_TRUE(turned.ok);
+  EXPECT_NEAR(Roughness(turned) / Roughness(straight), 1, 0.15);
+}
+
 TEST(OrientationField, RotationsFromBothEndsOfAnEdgeAreInverse) {
   const SolvedFields fields(fixtures::MakeSphere(3, 0.4));
   ASSERT_TRUE(fields.ok);
