@@ -1,5 +1,5 @@
-# What `cmake --install . --component client` installs: the program amhex, and the client library as a package
-# for find_package(Amhex).
+# `cmake --install . --component client` installs the program amhex; `--component client-dev`, which has to be asked
+# for by name, the client library as a package for find_package(Amhex), and the protos.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -10,22 +10,22 @@ set_target_properties(amhex_proto PROPERTIES EXPORT_NAME proto)
 
 install(TARGETS amhex RUNTIME COMPONENT client)
 install(TARGETS amhex_proto amhex_client_cells amhex_client_rpc EXPORT AmhexTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client)
-install(EXPORT AmhexTargets NAMESPACE amhex:: DESTINATION ${package_folder} COMPONENT client)
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client-dev EXCLUDE_FROM_ALL)
+install(EXPORT AmhexTargets NAMESPACE amhex:: DESTINATION ${package_folder} COMPONENT client-dev EXCLUDE_FROM_ALL)
 install(FILES
   ${PROJECT_SOURCE_DIR}/client/include/amhex/client.h
   ${PROJECT_SOURCE_DIR}/engine/include/amhex/vec3.h
   ${PROJECT_SOURCE_DIR}/engine/include/amhex/volume_mesh.h
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/amhex COMPONENT client)
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/amhex COMPONENT client-dev EXCLUDE_FROM_ALL)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/proto/amhex ${PROJECT_BINARY_DIR}/proto/google
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT client FILES_MATCHING PATTERN "*.h")
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT client-dev EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.h")
 # For callers in other languages.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/proto/amhex ${PROJECT_SOURCE_DIR}/proto/google
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/amhex/proto COMPONENT client FILES_MATCHING PATTERN "*.proto")
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/amhex/proto COMPONENT client-dev EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.proto")
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/AmhexConfig.cmake.in
   ${PROJECT_BINARY_DIR}/AmhexConfig.cmake INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/AmhexConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/AmhexConfig.cmake ${PROJECT_BINARY_DIR}/AmhexConfigVersion.cmake
-  DESTINATION ${package_folder} COMPONENT client)
+  DESTINATION ${package_folder} COMPONENT client-dev EXCLUDE_FROM_ALL)

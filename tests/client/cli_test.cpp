@@ -58,6 +58,13 @@ TEST(ExitCodes, FollowTheReasonBeforeTheCode) {
   EXPECT_EQ(ExitCodeOf(status), kExitNoMesh);
 }
 
+TEST(Progress, GuessesTheRestOfAStageFromItsSpeed) {
+  EXPECT_EQ(DescribeRemaining(0.25, absl::Seconds(10)), "this stage about 30 s more");
+  EXPECT_EQ(DescribeRemaining(0.01, absl::Seconds(10)), "");
+  EXPECT_EQ(DescribeRemaining(0.5, absl::Seconds(1)), "");
+  EXPECT_EQ(DescribeRemaining(1, absl::Seconds(10)), "");
+}
+
 TEST(ExitCodes, TellTheCausesApart) {
   EXPECT_EQ(ExitCodeOf(absl::OkStatus()), 0);
   EXPECT_EQ(ExitCodeOf(absl::InvalidArgumentError("")), 3);
@@ -65,6 +72,8 @@ TEST(ExitCodes, TellTheCausesApart) {
   EXPECT_EQ(ExitCodeOf(absl::ResourceExhaustedError("")), 6);
   EXPECT_EQ(ExitCodeOf(absl::DeadlineExceededError("")), 6);
   EXPECT_EQ(ExitCodeOf(absl::DataLossError("")), 8);
+  EXPECT_EQ(ExitCodeOf(absl::UnauthenticatedError("")), 11);
+  EXPECT_EQ(ExitCodeOf(absl::PermissionDeniedError("")), 11);
   EXPECT_EQ(ExitCodeOf(absl::NotFoundError("")), 9);
   EXPECT_EQ(ExitCodeOf(absl::FailedPreconditionError("")), 10);
   EXPECT_EQ(ExitCodeOf(absl::CancelledError("")), 130);

@@ -21,7 +21,9 @@ server=$!
 
 case $kind in
   cpp)
-    cmake --install "$build" --component client --prefix "$folder/installed" >/dev/null
+    for component in client client-dev; do
+      cmake --install "$build" --component "$component" --prefix "$folder/installed" >/dev/null
+    done
     cmake -S "$source_folder/examples/cpp" -B "$folder/example" -DCMAKE_BUILD_TYPE=Release \
       -DCMAKE_PREFIX_PATH="$folder/installed" >/dev/null
     cmake --build "$folder/example"

@@ -23,6 +23,7 @@ const char* ExitCodeHelp() {
          "  8    what the server sent did not pass the checks\n"
          "  9    no such job, or its result is gone\n"
          "  10   what was asked for is not available, e.g. the CUDA backend\n"
+         "  11   the server does not know the caller, or the caller may not do this\n"
          "  130  interrupted or cancelled";
 }
 
@@ -55,6 +56,9 @@ ExitCode ExitCodeOf(const absl::Status& status) {
     case absl::StatusCode::kFailedPrecondition:
     case absl::StatusCode::kUnimplemented:
       return kExitUnavailable;
+    case absl::StatusCode::kUnauthenticated:
+    case absl::StatusCode::kPermissionDenied:
+      return kExitAccess;
     case absl::StatusCode::kCancelled:
       return kExitCancelled;
     default:

@@ -17,6 +17,7 @@ enum ExitCode : int {
   kExitDamaged = 8,       // what the server sent did not pass the checks
   kExitNoJob = 9,         // no such job, or its result is gone
   kExitUnavailable = 10,  // what was asked for is not available here, e.g. the CUDA backend
+  kExitAccess = 11,       // the server does not know the caller, or the caller may not do this
   kExitCancelled = 130,   // interrupted, or cancelled by somebody
 };
 

@@ -77,6 +77,18 @@ std::string DescribeProgress(const v1::Progress& progress) {
   return text;
 }
 
+std::string DescribeRemaining(double stage_fraction, absl::Duration stage_elapsed) {
+  // Earlier, a guess would jump about.
+  constexpr double kLeastFraction = 0.05;
+  constexpr absl::Duration kLeastElapsed = absl::Seconds(2);
+  if (stage_fraction < kLeastFraction || stage_fraction >= 1 || stage_elapsed < kLeastElapsed) {
+    return "";
+  }
+  const double seconds =
+      absl::ToDoubleSeconds(stage_elapsed) * (1 - stage_fraction) / stage_fraction;
+  return absl::StrFormat("this stage about %.0f s more", seconds);
+}
+
 ProgressDisplay::Style ProgressDisplay::StyleOfStderr() {
   return isatty(STDERR_FILENO) != 0 ? Style::kLive : Style::kPlain;
 }
@@ -162,7 +174,14 @@ void ProgressDisplay::OnJob(const v1::Job& job) {
 }
 
 void ProgressDisplay::OnProgress(const v1::Progress& progress) {
-  const std::string details = DescribeProgress(progress);
+  if (progress.stage() != timed_stage_) {
+    timed_stage_ = progress.stage();
+    stage_begin_ = absl::Now();
+  }
+  std::string details = DescribeProgress(progress);
+  const std::string remaining =
+      DescribeRemaining(progress.stage_fraction(), absl::Now() - stage_begin_);
+  if (!remaining.empty()) absl::StrAppend(&details, details.empty() ? "" : ", ", remaining);
   const std::string separator = details.empty() ? "" : ", ";
   if (style_ == Style::kLive) {
     Live(absl::StrFormat("%s %3.0f %%  %4.1f s  %s%s%s", Bar(OverallFraction(progress)),

@@ -45,6 +45,8 @@ class ProgressDisplay {
   Style style_;
   absl::Time begin_;
   absl::Time last_plain_ = absl::InfinitePast();
+  amhex::v1::Stage timed_stage_ = amhex::v1::STAGE_UNSPECIFIED;
+  absl::Time stage_begin_;
   amhex::v1::Stage plain_stage_ = amhex::v1::STAGE_UNSPECIFIED;
   amhex::v1::Job::State state_ = amhex::v1::Job::STATE_UNSPECIFIED;
   int32_t attempt_ = 0;
@@ -58,5 +60,9 @@ std::string StageWords(amhex::v1::Stage stage);
 
 // "iteration 60/150, movement 0.012, 9512 cells, 93.1 % hexahedra": what is known yet.
 std::string DescribeProgress(const amhex::v1::Progress& progress);
+
+// "this stage about 12 s more": what the stage's speed so far says, after its first seconds;
+// empty before. Nobody knows how long the stages after it will take.
+std::string DescribeRemaining(double stage_fraction, absl::Duration stage_elapsed);
 
 }  // namespace amhex::client
