@@ -186,5 +186,29 @@ TEST_F(BlobStoreTest, NamesThatAreNoDigestsNeverReachTheDisk) {
   }
 }
 
+TEST_F(BlobStoreTest, ServersThatShareAFolderSeeEachOthersBlobsButNotTheirDrafts) {
+  const auto open = [this](const std::string& name) {
+    EXPECT_TRUE(MakeFolders(folder_ / name).ok());
+    return *BlobStore::Open(folder_.path(), limits_, folder_ / name);
+  };
+  const auto here = open("nodes/here");
+  const auto blob = here->Put(text_);
+  ASSERT_TRUE(blob.ok());
+  const std::string draft = here->NewWorkPath("job", 1);
+  ASSERT_TRUE(WriteFileAtomically(draft, "a mesh").ok());
+  const auto upload = here->StartUpload(kTenant, RefOf("other bytes"));
+  ASSERT_TRUE(upload.ok() && (*upload)->Write(0, "other", 5).ok());
+
+  const auto there = open("nodes/there");
+  EXPECT_TRUE(there->Contains(blob->sha256()));
+  EXPECT_EQ(there->UploadedSize(kTenant, RefOf("other bytes").sha256()), 0);
+  const auto adopted = here->Adopt(draft);
+  ASSERT_TRUE(adopted.ok()) << adopted.status();
+  EXPECT_TRUE(there->Contains(adopted->sha256()));
+  const absl::Time past = absl::Now() - absl::Hours(1);
+  there->Collect(past, past, [](const std::string&) { return true; });
+  EXPECT_EQ(there->total_bytes(), blob->size_bytes() + adopted->size_bytes());
+}
+
 }  // namespace
 }  // namespace amhex::server

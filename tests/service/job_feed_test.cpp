@@ -213,5 +213,41 @@ TEST_F(JobFeedTest, ClosedFeedEndsStreamsWithItsReason) {
   EXPECT_TRUE(absl::IsUnavailable(*end));
 }
 
+TEST(PeerFeed, ReaderThatComesFromAPeerGetsTheWholeJobWithAGapAndLargerNumbers) {
+  FrameCounter counter(7, true);
+  const auto feed = std::make_shared<JobFeed>(MakeJob(Job::RUNNING), &counter);
+  const auto bell = std::make_shared<Bell>();
+  const auto at_home = FeedReader::Open(feed, 0, absl::ZeroDuration(), kManyReaders, bell);
+  ASSERT_TRUE(at_home.ok());
+  ASSERT_TRUE((*at_home)->Next(absl::Now()).frame.has_value());
+  feed->PublishProgress(Iteration(1));
+  const int64_t foreign_seq = counter.Next() + (int64_t{1} << 45);
+  const auto reader = FeedReader::Open(feed, foreign_seq, absl::ZeroDuration(), kManyReaders, bell);
+  ASSERT_TRUE(reader.ok()) << reader.status();
+  const auto first = (*reader)->Next(absl::Now());
+  ASSERT_TRUE(first.frame.has_value());
+  EXPECT_TRUE(first.frame->has_job());
+  EXPECT_TRUE(first.frame->gap());
+  EXPECT_GT(first.frame->seq(), foreign_seq);
+  feed->PublishProgress(Iteration(2));
+  const auto second = (*reader)->Next(absl::Now());
+  ASSERT_TRUE(second.frame.has_value());
+  EXPECT_EQ(second.frame->progress().iteration(), 2);
+  EXPECT_GT(second.frame->seq(), first.frame->seq());
+  // A reader that was here before goes on as ever: with the newest of what it has not seen.
+  const auto next = (*at_home)->Next(absl::Now());
+  ASSERT_TRUE(next.frame.has_value());
+  EXPECT_EQ(next.frame->progress().iteration(), 2);
+}
+
+TEST(PeerFeed, NumberThatNoServerCanHaveSentIsRefused) {
+  FrameCounter counter(7, true);
+  const auto feed = std::make_shared<JobFeed>(MakeJob(Job::RUNNING), &counter);
+  const auto refused =
+      FeedReader::Open(feed, FrameCounter::kMaxForeignSeq + 1, absl::ZeroDuration(), kManyReaders,
+                       std::make_shared<Bell>());
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 }  // namespace
 }  // namespace amhex::server
