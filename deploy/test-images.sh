@@ -77,8 +77,8 @@ mapfile -t words < <(python3 -c '
 import json, sys
 config = json.load(sys.stdin)["Docker"]["config"]
 print(*config["Entrypoint"], *config["Cmd"], sep="\n")' <<<"$configuration")
-enter=(env -i PATH=/usr/local/bin:/usr/bin:/bin HOME=/var/lib/amhex
-  chroot --userspec=10001:10001 "$root")
+enter=(chroot --userspec=10001:10001 "$root"
+  env -i PATH=/usr/local/bin:/usr/bin:/bin HOME=/var/lib/amhex)
 unshare --mount --net bash -c '
   set -e
   ip link set lo up
@@ -98,7 +98,10 @@ for _ in $(seq 300); do
 done
 inside amhex info --server 127.0.0.1:50051 --patience 2 >/dev/null || fail "it does not answer its probe"
 passed "it answers its health probe"
-if inside touch /usr/local/here 2>/dev/null; then fail "its root can be written to"; fi
+# Not even by root.
+if nsenter --target "$server_pid" --mount touch "$root/usr/local/here" 2>/dev/null; then
+  fail "its root can be written to"
+fi
 passed "its root is read-only"
 inside amhex demo --shape cube --surface --resolution 12 -o /tmp/cube.drc >/dev/null
 inside amhex mesh /tmp/cube.drc --server 127.0.0.1:50051 --cells 200 -o /tmp/cube.vtu --quiet
