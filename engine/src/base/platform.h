@@ -30,7 +30,28 @@ AMHEX_HD inline float FusedMultiplyAdd(float a, float b, float c) {
 #endif
 }
 
-AMHEX_HD constexpr float AbsoluteValue(float a) { return a < 0.0f ? -a : a; }
+// Written so that each becomes one instruction, or none; NaN never reaches them.
+AMHEX_HD inline float AbsoluteValue(float a) {
+#if defined(__CUDA_ARCH__)
+  return fabsf(a);
+#else
+  return __builtin_fabsf(a);
+#endif
+}
+AMHEX_HD inline float Larger(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  return fmaxf(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+AMHEX_HD inline float Smaller(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  return fminf(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
 
 template <class T>
 AMHEX_HD constexpr T Larger(T a, T b) {

@@ -107,8 +107,9 @@ class CpuExecutor {
     }
   }
 
-  void SortByKey(const KeyedIds<CpuExecutor>& pairs, int64_t count, uint32_t /*largest_key*/,
-                 KeyedIds<CpuExecutor>& sorted) {
+  // A template so that executors derived from this one can sort their own pairs.
+  template <class Pairs>
+  void SortByKey(const Pairs& pairs, int64_t count, uint32_t /*largest_key*/, Pairs& sorted) {
     packed_.resize(static_cast<size_t>(count));
     const ArrayView<const uint32_t> key = pairs.key.View();
     const ArrayView<const int32_t> id = pairs.id.View();

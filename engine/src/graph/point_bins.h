@@ -23,6 +23,16 @@ class PointBins {
     starts_ = executor.template Alloc<int32_t>(grid_.bin_count() + 1);
   }
 
+  // Memory for `count` points, where bodies run.
+  static int64_t Bytes(const Vec3d& extent, float bin_size, int64_t count) {
+    BinGrid grid;
+    grid.count_x = CountAlong(extent.x, bin_size);
+    grid.count_y = CountAlong(extent.y, bin_size);
+    grid.count_z = CountAlong(extent.z, bin_size);
+    constexpr int64_t kPairBytes = sizeof(uint32_t) + sizeof(int32_t);
+    return (grid.bin_count() + 1) * static_cast<int64_t>(sizeof(int32_t)) + 2 * kPairBytes * count;
+  }
+
   // Sorts the first `count` points into the bins. O(n log n).
   const BinGrid& Build(ArrayView<const Vec3f> position, int64_t count) {
     return Build(position, count, {});

@@ -56,6 +56,14 @@ struct LaneSums {
     y += n * offset.y + SumOfCoordinate(owned, kYLow, kYHigh);
     z += n * offset.z + SumOfCoordinate(owned, kZLow, kZHigh);
   }
+  // Coordinates 0..3 of a block sum to 48 along each axis.
+  __device__ void AddWholeBlock(const LatticePoint& offset) {
+    constexpr int32_t kSumOfBlock = 48;
+    count += kBlockPoints;
+    x += kBlockPoints * offset.x + kSumOfBlock;
+    y += kBlockPoints * offset.y + kSumOfBlock;
+    z += kBlockPoints * offset.z + kSumOfBlock;
+  }
 };
 
 // Second moments are rare enough to go to shared memory at once and leave the registers alone.
@@ -119,19 +127,23 @@ __device__ inline void LabelWithList(const LabelTileBody& body, const LabelTileB
       const LatticePoint in_cube = BlockInTile(in_cube_block);
       const LatticePoint at = {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y,
                                cube.offset.z + in_cube.z};
-      int32_t owner = kNoOwner;
-      unsigned owned = 0;
-      if ((near & (near - 1u)) == 0 && search.is_inside != 0) {
-        owner = __ffs(static_cast<int>(near)) - 1;
-        owned = lane == owner ? kWholeWarp : 0u;
+      const bool is_alone = (near & (near - 1u)) == 0 && search.is_inside != 0;
+      int32_t owner = __ffs(static_cast<int>(near)) - 1;
+      unsigned owned = lane == owner ? points : 0u;
+      if (is_alone && points == kWholeWarp) {
+        if (lane == owner) sums.AddWholeBlock(at);
       } else {
-        owned = OwnPointsTogether(shared, near, PointOfLane(shared, at), search.limit, owner);
+        if (!is_alone) {
+          owned = points &
+                  OwnPointsTogether(shared, near, PointOfLane(shared, at), search.limit, owner);
+        }
+        sums.Add(owned, at);
       }
-      sums.Add(owned & points, at);
-      if (wants_second) AddSecondSums(owned & points, at, group_sums);
-      StoreLabel(
-          body, cube, block,
-          owner >= 0 && ((points >> lane) & 1u) != 0 ? shared.candidate[list[owner]].id : kNoOwner);
+      if (wants_second) AddSecondSums(owned, at, group_sums);
+      if (!body.labels.empty()) {
+        const bool is_owned = owner >= 0 && ((points >> lane) & 1u) != 0;
+        StoreLabel(body, cube, block, is_owned ? shared.candidate[list[owner]].id : kNoOwner);
+      }
     }
   }
   if (lane >= listed || sums.count == 0) return;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <exception>
 #include <new>
+#include <string>
 
 #include "exec/cuda_executor.cuh"
 #include "relax/cuda_interface.h"
@@ -58,6 +59,19 @@ CudaResult ResultOf(CudaFault fault) {
   return CudaResult::kFailed;
 }
 
+// Refuses before anything is copied what cannot fit.
+void RequireMemory(const RelaxationTask& task) {
+  size_t free = 0, total = 0;
+  CheckCuda(cudaMemGetInfo(&free, &total), "ask for the device's memory");
+  const int64_t needed = RelaxationBytes<CudaExecutor>(task) +
+                         static_cast<int64_t>(task.items.size() * sizeof(LabelGroup));
+  if (needed <= static_cast<int64_t>(free)) return;
+  throw CudaError("relaxing " + std::to_string(task.position.size()) + " sites needs about " +
+                      std::to_string(needed) + " bytes of device memory, " + std::to_string(free) +
+                      " of " + std::to_string(total) + " are free",
+                  CudaFault::kOutOfMemory);
+}
+
 // Runs `step` and turns what it throws into a result and a text.
 template <class Step>
 CudaResult Guard(char* text, size_t capacity, const Step& step) {
@@ -90,6 +104,7 @@ __attribute__((visibility("default"))) amhex::CudaResult AmhexRelaxOnCuda(
   return amhex::Guard(text, capacity, [&] {
     const amhex::CudaResult device = amhex::Describe(text, capacity);
     if (device != amhex::CudaResult::kDone) return device;
+    amhex::RequireMemory(*task);
     amhex::CudaExecutor executor(task->should_stop);
     const amhex::RelaxationOutcome outcome =
         amhex::Relaxation<amhex::CudaExecutor>(executor, *task).Run();

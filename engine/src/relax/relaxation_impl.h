@@ -2,7 +2,6 @@
 // bodies in order. Instantiated in relaxation_cpu.cpp (oneTBB) and relaxation_cuda.cu.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -24,13 +23,6 @@
 
 namespace amhex {
 
-// Bins of one edge length hold about one site each; a box with more bins than this gets larger
-// ones, so that thin solids in large boxes do not pay for the emptiness around them.
-inline constexpr double kMaxBins = 1 << 25;
-
-inline float BinSizeFor(const Vec3d& extent) {
-  return static_cast<float>(std::fmax(1.0, std::cbrt(extent.x * extent.y * extent.z / kMaxBins)));
-}
 // Smoothing of the propagated frames before the sites move. The paper leaves this to the first
 // iterations, in which the sites would follow frames that are still wrong.
 inline constexpr int kFirstAlignments = 30;

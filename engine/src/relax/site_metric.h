@@ -46,7 +46,7 @@ AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& p) 
 }
 
 // Lower and upper bound of a site's distance over the cube around `centre`: each component grows
-// by at most half_width * reach. Plain arithmetic: bounds need no exact bits.
+// by at most half_width * reach.
 struct DistanceBounds {
   float lower = 0;
   float upper = 0;
@@ -54,17 +54,14 @@ struct DistanceBounds {
 
 AMHEX_HD inline DistanceBounds BoundsOverCube(const SiteMetric& site, const Vec3f& centre,
                                               float half_width) {
-  const float x = centre.x - site.x;
-  const float y = centre.y - site.y;
-  const float z = centre.z - site.z;
-  const float* r = site.row;
-  const float a = AbsoluteValue(r[0] * x + r[1] * y + r[2] * z);
-  const float b = AbsoluteValue(r[3] * x + r[4] * y + r[5] * z);
-  const float c = AbsoluteValue(r[6] * x + r[7] * y + r[8] * z);
-  const float ra = half_width * site.reach[0];
-  const float rb = half_width * site.reach[1];
-  const float rc = half_width * site.reach[2];
-  return {Larger(Larger(a - ra, b - rb), c - rc), Larger(Larger(a + ra, b + rb), c + rc)};
+  const MetricComponents d = ComponentsOf(site, centre);
+  const float* growth = site.reach;
+  return {Larger(Larger(FusedMultiplyAdd(-half_width, growth[0], d.a),
+                        FusedMultiplyAdd(-half_width, growth[1], d.b)),
+                 FusedMultiplyAdd(-half_width, growth[2], d.c)),
+          Larger(Larger(FusedMultiplyAdd(half_width, growth[0], d.a),
+                        FusedMultiplyAdd(half_width, growth[1], d.b)),
+                 FusedMultiplyAdd(half_width, growth[2], d.c))};
 }
 
 // Computes the metric of every site, stored in the order of the bins (graph/bin_grid.h), so that

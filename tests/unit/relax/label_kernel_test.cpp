@@ -71,10 +71,9 @@ TEST_P(LabelKernel, GivesTheSameBitsAsTheBodyInAnyOrderOfLanes) {
 INSTANTIATE_TEST_SUITE_P(
     Diagrams, LabelKernel,
     testing::Values(LabelKernelCase{"Coarse", fixtures::MakeTorus(2, 1, 0.6), 12, 300, 0.0f},
-                    LabelKernelCase{"Default", fixtures::MakeSphere(1.5, 0.6), 108, 120, 0.0f},
-                    LabelKernelCase{"DifferentSizes", fixtures::MakeSphere(1.5, 0.6), 80, 120,
-                                    0.8f},
-                    LabelKernelCase{"Fine", fixtures::MakeBox({1, 1, 1}, 1), 800, 60, 0.2f},
+                    LabelKernelCase{"Default", fixtures::MakeSphere(1.2, 0.6), 108, 90, 0.0f},
+                    LabelKernelCase{"DifferentSizes", fixtures::MakeSphere(1.2, 0.6), 80, 90, 0.8f},
+                    LabelKernelCase{"Fine", fixtures::MakeBox({1, 1, 1}, 1), 512, 30, 0.2f},
                     LabelKernelCase{"Few", fixtures::MakeBox({5, 5, 5}, 2), 20, 4, 0.0f},
                     LabelKernelCase{"Crowded", fixtures::MakeBox({2, 2, 2}, 1), 8, 2000, 0.0f},
                     LabelKernelCase{"Dense", fixtures::MakeBox({2, 2, 2}, 1), 100, 500, 0.0f}),
