@@ -2,10 +2,12 @@
 // points per site. Counters are sites or lattice points per second.
 #include <benchmark/benchmark.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "amhex/params.h"
@@ -16,6 +18,7 @@
 #include "graph/point_bins.h"
 #include "input/site_grid.h"
 #include "relax/build_barrier.h"
+#include "relax/cuda_library.h"
 #include "relax/label_body.h"
 #include "relax/relaxation.h"
 #include "support/hull_of_mesh.h"
@@ -166,6 +169,48 @@ void BM_Relax(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * start.count() * kIterations);
 }
 BENCHMARK(BM_Relax)->Arg(1000)->Arg(kDefaultSites)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// Time per iteration on a CUDA device, from the first report to the last: what the device does,
+// without the preparation on the host. Skipped with the reason where no device is usable.
+void BM_RelaxOnDevice(benchmark::State& state) {
+  const absl::StatusOr<std::string> device = DescribeCuda();
+  if (!device.ok()) {
+    state.SkipWithError(std::string(device.status().message()).c_str());
+    return;
+  }
+  constexpr int32_t kIterations = 150;
+  const Hull hull = SphereFor(state.range(0));
+  const HullSamples samples = SamplesOf(hull);
+  MeshingParams params = JitteredParams();
+  params.run.backend = Backend::kCuda;
+  params.relaxation.iteration_count = kIterations;
+  params.relaxation.lattice_points_per_site = static_cast<int32_t>(state.range(1));
+  const Sites start = JitteredSites(hull);
+  for (auto _ : state) {
+    RunContext run;
+    RunContext::Clock::time_point first, last;
+    run.on_progress = [&](const Progress& progress) {
+      last = RunContext::Clock::now();
+      if (progress.iteration == 1) first = last;
+    };
+    if (const auto relaxed = RelaxSites(hull, samples, start, params, run); !relaxed.ok()) {
+      state.SkipWithError(std::string(relaxed.status().message()).c_str());
+      return;
+    }
+    state.SetIterationTime(std::chrono::duration<double>(last - first).count() / (kIterations - 1));
+  }
+  state.SetLabel(*device);
+  state.SetItemsProcessed(state.iterations() * start.count());
+}
+BENCHMARK(BM_RelaxOnDevice)
+    ->Args({10000, kDefaultPointsPerSite})
+    ->Args({225000, kDefaultPointsPerSite})
+    ->Args({225000, 1728})
+    ->Args({1000000, kDefaultPointsPerSite})
+    ->Args({10000000, kDefaultPointsPerSite})
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime();
 
 void BM_BuildHullBarrier(benchmark::State& state) {
   const Hull hull = SphereFor(state.range(0));

@@ -9,17 +9,34 @@
 
 #include "amhex/vec3.h"
 
-// Marks a host function whose loops are worth one copy per vector width, chosen when the program
-// is loaded. Sanitizers cannot run before the loader resolves such copies.
-#if !defined(__CUDACC__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define AMHEX_VECTOR_CLONES \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+// One copy of a host function per vector width, each marked with one of these. Everything that
+// such a function calls is inlined into it. Elsewhere the marks mean nothing.
+#if !defined(__CUDACC__) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define AMHEX_VECTORS_512 __attribute__((flatten, target("arch=x86-64-v4")))
+#define AMHEX_VECTORS_256 __attribute__((flatten, target("arch=x86-64-v3")))
+#define AMHEX_HAS_VECTOR_WIDTHS 1
 #else
-#define AMHEX_VECTOR_CLONES
+#define AMHEX_VECTORS_512
+#define AMHEX_VECTORS_256
+#define AMHEX_HAS_VECTOR_WIDTHS 0
 #endif
 
 namespace amhex {
+
+// Which copy to run; results are the same to the bit.
+enum class VectorWidth { kBaseline, k256, k512 };
+
+// The widest that this machine has.
+AMHEX_HD inline VectorWidth WidestVectors() {
+#if AMHEX_HAS_VECTOR_WIDTHS
+  static const VectorWidth widest = __builtin_cpu_supports("x86-64-v4")   ? VectorWidth::k512
+                                    : __builtin_cpu_supports("x86-64-v3") ? VectorWidth::k256
+                                                                          : VectorWidth::kBaseline;
+  return widest;
+#else
+  return VectorWidth::kBaseline;
+#endif
+}
 
 // a * b + c, rounded once on every machine.
 AMHEX_HD inline float FusedMultiplyAdd(float a, float b, float c) {

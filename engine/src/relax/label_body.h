@@ -43,14 +43,32 @@ struct LabelTileBody {
     float block_bound[kTileBlocks];  // upper bound of the owners' distances, in cell sizes
   };
 
-  AMHEX_HD void operator()(int64_t index) const { LabelTile(*this, index); }
-
-  // One copy per vector width: everything below is inlined into it.
-#if !defined(__CUDACC__)
-  __attribute__((flatten))
+  AMHEX_HD void operator()(int64_t index) const {
+#if defined(__CUDA_ARCH__)
+    Label(index);
+#else
+    LabelWith(WidestVectors(), index);
 #endif
-  AMHEX_VECTOR_CLONES AMHEX_HD static void
-  LabelTile(const LabelTileBody& body, int64_t index) {
+  }
+
+  // The same labels at any width; the machine must have it.
+  AMHEX_HD void LabelWith(VectorWidth width, int64_t index) const {
+    switch (width) {
+      case VectorWidth::k512:
+        return Label512(*this, index);
+      case VectorWidth::k256:
+        return Label256(*this, index);
+      case VectorWidth::kBaseline:
+        return LabelBaseline(*this, index);
+    }
+  }
+  AMHEX_VECTORS_512 AMHEX_HD static void Label512(const LabelTileBody& body, int64_t index) {
+    body.Label(index);
+  }
+  AMHEX_VECTORS_256 AMHEX_HD static void Label256(const LabelTileBody& body, int64_t index) {
+    body.Label(index);
+  }
+  AMHEX_HD static void LabelBaseline(const LabelTileBody& body, int64_t index) {
     body.Label(index);
   }
 

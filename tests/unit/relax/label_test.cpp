@@ -58,6 +58,28 @@ TEST(VoronoiLabels, UnderMaximumNormAnAlignedGridGivesCubes) {
   }
 }
 
+TEST(VoronoiLabels, AreTheSameBitsAtEveryVectorWidthOfThisMachine) {
+  for (const double points_per_site : {20.0, 108.0, 1000.0}) {
+    Diagram diagram = DiagramIn(fixtures::MakeTorus(2, 0.9, 0.6), points_per_site);
+    AddRandomSites(diagram, 21, 300, 0.4f);
+    const auto label_with = [&](VectorWidth width) {
+      diagram.LabelBy([&](const LabelTileBody& body) {
+        for (size_t i = 0; i < diagram.items.size(); ++i) {
+          body.LabelWith(width, static_cast<int64_t>(i));
+        }
+      });
+      return diagram.labels;
+    };
+    const std::vector<int32_t> baseline = label_with(VectorWidth::kBaseline);
+    if (WidestVectors() != VectorWidth::kBaseline) {
+      EXPECT_EQ(label_with(VectorWidth::k256), baseline) << points_per_site;
+    }
+    if (WidestVectors() == VectorWidth::k512) {
+      EXPECT_EQ(label_with(VectorWidth::k512), baseline) << points_per_site;
+    }
+  }
+}
+
 TEST(CellMoments, DoNotDependOnThreadCount) {
   Diagram diagram = DiagramIn(fixtures::MakeTorus(3, 1.3, 0.6), 60);
   AddRandomSites(diagram, 9, 500, 0.5f);
