@@ -69,7 +69,15 @@ class Closer {
     FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    return mesh_.ToComplex();
+    CellComplex closed = mesh_.ToComplex();
+    // What resists is removed with the cells around it: nothing open does not mean that anything is
+    // left.
+    if (closed.cells.empty() && !hull_.triangles.empty()) {
+      return absl::InternalError(
+          "no valid mesh was found: every cell was given up to close a cavity; try another cell "
+          "count");
+    }
+    return closed;
   }
 
   absl::StatusOr<Mended> Mend(int layers) {

@@ -16,7 +16,8 @@ namespace amhex {
 
 // Returns a complex without open faces: every face is shared by two cells or lies on the hull.
 // A higher `attempt` gives another filling, over voids that are that many cells wider; 0 first.
-// Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (cavities that resist; the message tells where).
+// Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (cavities that resist, the message tells where; no
+// cell left).
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run,
                                          int attempt = 0);
