@@ -34,8 +34,8 @@ Vec3d PlaneNormal(const std::vector<Vec3d>& points,
   return {normal[0], normal[1], normal[2]};
 }
 
-// Prim's algorithm over the neighbour graph, part by part; an edge costs more the less the planes
-// agree, and tells its far end which way to look.
+// Prim's algorithm over the neighbour graph, part by part; an edge costs more the less its ends
+// seem to lie on one sheet, and tells its far end which way to look.
 class NormalOrienter {
  public:
   NormalOrienter(const std::vector<Vec3d>& points, const std::vector<std::vector<int32_t>>& graph,
@@ -68,9 +68,7 @@ class NormalOrienter {
       done_[static_cast<size_t>(at)] = 1;
       for (const int32_t to : graph_[static_cast<size_t>(at)]) {
         if (done_[static_cast<size_t>(to)] != 0) continue;
-        const double agreement =
-            std::abs(Dot(normals_[static_cast<size_t>(at)], normals_[static_cast<size_t>(to)]));
-        queue.emplace(1 - agreement, at, to);
+        queue.emplace(1 - Trust(static_cast<size_t>(at), static_cast<size_t>(to)), at, to);
       }
     };
     settle(seed);
@@ -82,6 +80,16 @@ class NormalOrienter {
       if (Dot(normal, normals_[static_cast<size_t>(from)]) < 0) normal = -normal;
       settle(to);
     }
+  }
+
+  // [0, 1] that two neighbours lie on one sheet: their planes agree, and each lies in the other's.
+  // (Two sides of a thin part, or strands that pass each other, have parallel planes too, but lie
+  // above one another.)
+  double Trust(size_t a, size_t b) const {
+    const Vec3d along = Normalized(points_[b] - points_[a]);
+    const double above =
+        std::max(std::abs(Dot(normals_[a], along)), std::abs(Dot(normals_[b], along)));
+    return std::abs(Dot(normals_[a], normals_[b])) * (1 - above);
   }
 
   const std::vector<Vec3d>& points_;
