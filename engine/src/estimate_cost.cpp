@@ -45,6 +45,13 @@ double VolumeGuess(const TriangleMesh& mesh) {
   return believed ? volume : kTypicalFill * box_volume;
 }
 
+// What becomes of cells that are there already: reassembly makes them fewer, subdivision puts one
+// around every corner, of which faces have three or four and each belongs to three faces.
+double CellsFromVolume(const VolumeMesh& mesh, VolumeUse use) {
+  return use == VolumeUse::kSubdivide ? static_cast<double>(mesh.corners.size()) / 3
+                                      : static_cast<double>(mesh.cell_faces.size());
+}
+
 double WantedCells(const SizingParams& sizing, double volume) {
   if (sizing.cell_count > 0) return static_cast<double>(sizing.cell_count);
   if (sizing.edge_length > 0) return volume / std::pow(sizing.edge_length, 3);
@@ -59,7 +66,10 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   AMHEX_RETURN_IF_ERROR(CheckInput(hull));
   double volume = 0;
   int64_t element_count = 0;
-  if (const auto* mesh = std::get_if<TriangleMesh>(&hull)) {
+  if (const auto* cells = std::get_if<VolumeMesh>(&hull)) {
+    element_count = static_cast<int64_t>(cells->cell_faces.size());
+    volume = kTypicalFill * BoxVolume(BoxOf(cells->vertices));
+  } else if (const auto* mesh = std::get_if<TriangleMesh>(&hull)) {
     volume = VolumeGuess(*mesh);
     element_count = static_cast<int64_t>(mesh->triangles.size());
   } else {
@@ -67,7 +77,10 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
     volume = kTypicalFill * BoxVolume(BoxOf(cloud.points));
     element_count = static_cast<int64_t>(cloud.points.size());
   }
-  const double cells = WantedCells(params.sizing, volume);
+  const auto* given = std::get_if<VolumeMesh>(&hull);
+  const double cells = given != nullptr && params.input.volume_use != VolumeUse::kHull
+                           ? CellsFromVolume(*given, params.input.volume_use)
+                           : WantedCells(params.sizing, volume);
   if (!(cells <= static_cast<double>(kMaxCellCount))) {
     return absl::OutOfRangeError(absl::StrCat("the input makes about ", cells,
                                               " cells of edge length ", params.sizing.edge_length,

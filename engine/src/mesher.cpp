@@ -14,18 +14,28 @@
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/build_hull.h"
+#include "input/guidance_checks.h"
 #include "input/sample_hull.h"
 #include "input/site_grid.h"
+#include "judge.h"
 #include "optimize/improve_mesh.h"
 #include "output/finalize_mesh.h"
-#include "output/mesh_statistics.h"
 #include "output/validate.h"
 #include "relax/relaxation.h"
 #include "stage.h"
 #include "topology/extract_topology.h"
+#include "volume_mesher.h"
 
 namespace amhex {
 namespace {
+
+absl::StatusOr<Hull> BuildGuidedHull(const InputHull& input, const Guidance& guidance,
+                                     const MeshingParams& params, RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(CheckGuidance(guidance, params));
+  AMHEX_ASSIGN_OR_RETURN(Hull hull, BuildHull(input, params, run));
+  ApplyGuidance(guidance, &hull);
+  return hull;
+}
 
 absl::StatusOr<Sites> Populate(const Hull& hull, const HullSamples& samples,
                                const MeshingParams& params, RunContext& run) {
@@ -51,20 +61,6 @@ absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, Cell
   }
 }
 
-// The law, checked by code that knows nothing of how the mesh was made.
-absl::StatusOr<MeshingResult> Judge(const CellComplex& complex, const Hull& hull) {
-  MeshingResult result;
-  result.mesh = FinalizeMesh(complex, hull.frame);
-  const ValidationReport report = ValidateMesh(result.mesh);
-  if (!report.valid()) {
-    return absl::InternalError(
-        absl::StrCat("no valid mesh was found: ", report.Summary(), "; try another cell count"));
-  }
-  result.statistics = MeasureMesh(result.mesh, hull);
-  result.warnings = hull.warnings;
-  return result;
-}
-
 MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend backend) {
   MeshingParams effective = params;
   effective.sizing.cell_count = 0;
@@ -73,10 +69,8 @@ MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend bac
   return effective;
 }
 
-}  // namespace
-
-absl::StatusOr<MeshingResult> Mesh(const InputHull& input, const MeshingParams& params,
-                                   RunContext& run) {
+absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidance,
+                                  const MeshingParams& params, RunContext& run) {
   AMHEX_RETURN_IF_ERROR(Validate(params));
   AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
   const size_t threads = params.run.thread_count > 0
@@ -85,8 +79,12 @@ absl::StatusOr<MeshingResult> Mesh(const InputHull& input, const MeshingParams& 
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           threads);
 
+  const auto* volume = std::get_if<VolumeMesh>(&input);
+  if (volume != nullptr && params.input.volume_use != VolumeUse::kHull) {
+    return MeshVolume(*volume, guidance, params, run);
+  }
   AMHEX_ASSIGN_OR_RETURN(const Hull hull, GuardStage(run, Stage::kCheckInput, [&] {
-                           return BuildHull(input, params, run);
+                           return BuildGuidedHull(input, guidance, params, run);
                          }));
   AMHEX_ASSIGN_OR_RETURN(const HullSamples samples, GuardStage(run, Stage::kSampleHull, [&] {
                            return SampleHull(hull, params.input, run);
@@ -113,12 +111,25 @@ absl::StatusOr<MeshingResult> Mesh(const InputHull& input, const MeshingParams& 
                            return ImproveUntilValid(assembled, std::move(closed), hull, params,
                                                     run);
                          }));
-  AMHEX_ASSIGN_OR_RETURN(MeshingResult result,
-                         GuardStage(run, Stage::kValidate, [&] { return Judge(improved, hull); }));
+  AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
+                           return Judge(FinalizeMesh(improved, hull.frame), hull);
+                         }));
   result.stages = run.stage_reports();
   result.effective_params = Resolve(params, hull, backend.backend);
   result.backend_note = backend.note;
   return result;
+}
+
+}  // namespace
+
+absl::StatusOr<MeshingResult> Mesh(const InputHull& hull, const MeshingParams& params,
+                                   RunContext& run) {
+  return Run(hull, Guidance(), params, run);
+}
+
+absl::StatusOr<MeshingResult> Mesh(const MeshingInput& input, const MeshingParams& params,
+                                   RunContext& run) {
+  return Run(input.hull, input.guidance, params, run);
 }
 
 }  // namespace amhex

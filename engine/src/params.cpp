@@ -66,6 +66,7 @@ absl::Status Validate(const MeshingParams& params) {
   }
 
   check.Within("input.sharp_angle_degrees", params.input.sharp_angle_degrees, 10.0, 180.0);
+  check.Known("input.volume_use", params.input.volume_use, VolumeUse::kSubdivide);
 
   const RelaxationParams& relaxation = params.relaxation;
   check.Known("relaxation.initialization", relaxation.initialization,

@@ -74,6 +74,29 @@ pb::Extraction ExtractionToProto(Extraction extraction) {
   return pb::EXTRACTION_UNSPECIFIED;
 }
 
+VolumeUse ToEngine(pb::VolumeUse use) {
+  switch (use) {
+    case pb::VOLUME_USE_HULL:
+      return VolumeUse::kHull;
+    case pb::VOLUME_USE_SUBDIVIDE:
+      return VolumeUse::kSubdivide;
+    default:
+      return VolumeUse::kReassemble;
+  }
+}
+
+pb::VolumeUse VolumeUseToProto(VolumeUse use) {
+  switch (use) {
+    case VolumeUse::kReassemble:
+      return pb::VOLUME_USE_REASSEMBLE;
+    case VolumeUse::kHull:
+      return pb::VOLUME_USE_HULL;
+    case VolumeUse::kSubdivide:
+      return pb::VOLUME_USE_SUBDIVIDE;
+  }
+  return pb::VOLUME_USE_UNSPECIFIED;
+}
+
 pb::CellType CellTypeToProto(PrimitiveType type) {
   // geometry.proto repeats the paper's numbers.
   return static_cast<pb::CellType>(static_cast<int>(type));
@@ -106,6 +129,9 @@ MeshingParams ToEngine(const pb::MeshingParams& params) {
   AMHEX_COPY_IF_PRESENT(params.sizing(), out.sizing, cell_count);
   AMHEX_COPY_IF_PRESENT(params.sizing(), out.sizing, edge_length);
   AMHEX_COPY_IF_PRESENT(params.input(), out.input, sharp_angle_degrees);
+  if (params.input().has_volume_use()) {
+    out.input.volume_use = ToEngine(params.input().volume_use());
+  }
   out.relaxation = ToEngine(params.relaxation());
   AMHEX_COPY_IF_PRESENT(params.assembly(), out.assembly, min_quality);
   if (params.assembly().has_extraction()) {
@@ -120,6 +146,7 @@ pb::MeshingParams ToProto(const MeshingParams& params) {
   out.mutable_sizing()->set_cell_count(params.sizing.cell_count);
   out.mutable_sizing()->set_edge_length(params.sizing.edge_length);
   out.mutable_input()->set_sharp_angle_degrees(params.input.sharp_angle_degrees);
+  out.mutable_input()->set_volume_use(VolumeUseToProto(params.input.volume_use));
   pb::RelaxationParams& relaxation = *out.mutable_relaxation();
   relaxation.set_initialization(InitializationToProto(params.relaxation.initialization));
   relaxation.set_iteration_count(params.relaxation.iteration_count);
@@ -139,6 +166,9 @@ pb::MeshingParams ToProto(const MeshingParams& params) {
 
 std::vector<std::pair<std::string, std::string>> UnknownValues(const pb::MeshingParams& params) {
   std::vector<std::pair<std::string, std::string>> unknown;
+  if (!pb::VolumeUse_IsValid(params.input().volume_use())) {
+    unknown.emplace_back("input.volume_use", "is no known value");
+  }
   if (!pb::Initialization_IsValid(params.relaxation().initialization())) {
     unknown.emplace_back("relaxation.initialization", "is no known value");
   }

@@ -3,13 +3,14 @@
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
 
-#include <cstring>
 #include <memory>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
+#include "draco_preflight.h"
 #include "errors.h"
-#include "input_preflight.h"
+#include "hull_arrays.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -121,77 +122,21 @@ absl::StatusOr<InputHull> DecodeDraco(const std::string& bytes, const Limits& li
   return ToTriangles(mesh, *position);
 }
 
-// Copies `count` elements from `*offset` on and moves it behind them.
-template <class T>
-std::vector<T> TakeArray(const std::string& bytes, int64_t count, size_t* offset) {
-  std::vector<T> values(static_cast<size_t>(count));
-  if (count > 0) std::memcpy(values.data(), bytes.data() + *offset, values.size() * sizeof(T));
-  *offset += values.size() * sizeof(T);
-  return values;
-}
-
-template <class T>
-void AppendArray(const std::vector<T>& values, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-}
-
-template <class T>
-void AppendValue(T value, std::string* bytes) {
-  bytes->append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
-
-absl::StatusOr<InputHull> DecodeArrays(const std::string& bytes, const Limits& limits) {
-  AMHEX_ASSIGN_OR_RETURN(const HullArraysHeader header,
-                         PreflightHullArrays({reinterpret_cast<const uint8_t*>(bytes.data()),
-                                              bytes.size(), static_cast<int64_t>(bytes.size())},
-                                             limits));
-  size_t offset = kArraysHeaderBytes;
-  auto points = TakeArray<Vec3d>(bytes, header.point_count, &offset);
-  if (header.triangle_count == 0) {
-    auto normals = TakeArray<Vec3d>(bytes, header.has_normals ? header.point_count : 0, &offset);
-    return InputHull(PointCloud{std::move(points), std::move(normals)});
-  }
-  auto triangles = TakeArray<std::array<int32_t, 3>>(bytes, header.triangle_count, &offset);
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    for (const int32_t point : triangles[i]) {
-      if (point >= 0 && point < header.point_count) continue;
-      return Refuse(amhex::v1::INPUT_INVALID, "triangle " + std::to_string(i) +
-                                                  " refers to point " + std::to_string(point) +
-                                                  " of " + std::to_string(header.point_count));
-    }
-  }
-  return InputHull(TriangleMesh{std::move(points), std::move(triangles)});
-}
-
 }  // namespace
 
-absl::StatusOr<InputHull> DecodeSurface(amhex::v1::InputEncoding encoding, const std::string& bytes,
-                                        const Limits& limits) {
+absl::StatusOr<MeshingInput> DecodeInput(amhex::v1::InputEncoding encoding,
+                                         const std::string& bytes, const Limits& limits) {
   try {
-    if (encoding == amhex::v1::INPUT_ENCODING_ARRAYS) return DecodeArrays(bytes, limits);
-    return DecodeDraco(bytes, limits);
+    if (encoding == amhex::v1::INPUT_ENCODING_ARRAYS) return DecodeHullArrays(bytes, limits);
+    MeshingInput input;
+    AMHEX_ASSIGN_OR_RETURN(input.hull, DecodeDraco(bytes, limits));
+    return input;
   } catch (const std::bad_alloc&) {
     return Refuse(amhex::v1::INPUT_DECODE_LIMIT,
                   "decoding the input takes more memory than a worker may have");
   } catch (const std::length_error&) {
     return Refuse(amhex::v1::INPUT_DECODE_LIMIT, "the input announces impossible sizes");
   }
-}
-
-std::string EncodeHullArrays(const InputHull& hull) {
-  const auto* mesh = std::get_if<TriangleMesh>(&hull);
-  const auto* cloud = std::get_if<PointCloud>(&hull);
-  const auto& points = mesh != nullptr ? mesh->vertices : cloud->points;
-  const bool has_normals = cloud != nullptr && !cloud->normals.empty();
-  std::string bytes(kHullArraysMagic, kArraysMagicBytes);
-  AppendValue(kArraysVersion, &bytes);
-  AppendValue(int32_t{has_normals ? 1 : 0}, &bytes);
-  AppendValue(static_cast<int64_t>(points.size()), &bytes);
-  AppendValue(static_cast<int64_t>(mesh != nullptr ? mesh->triangles.size() : 0), &bytes);
-  AppendArray(points, &bytes);
-  if (has_normals) AppendArray(cloud->normals, &bytes);
-  if (mesh != nullptr) AppendArray(mesh->triangles, &bytes);
-  return bytes;
 }
 
 }  // namespace amhex::server

@@ -1,4 +1,4 @@
-// An input's bytes -> the engine's InputHull.
+// An input's bytes -> the engine's MeshingInput.
 #pragma once
 
 #include <string>
@@ -15,11 +15,8 @@ namespace amhex::server {
 //
 // INVALID_ARGUMENT with reason INPUT_MALFORMED, INPUT_EMPTY, INPUT_TOO_LARGE, INPUT_INVALID (an
 // index out of range) or INPUT_DECODE_LIMIT (not enough memory). Coordinates may come back
-// non-finite; the engine checks them.
-absl::StatusOr<InputHull> DecodeSurface(amhex::v1::InputEncoding encoding, const std::string& bytes,
-                                        const Limits& limits);
-
-// INPUT_ENCODING_ARRAYS, for tests and callers without Draco.
-std::string EncodeHullArrays(const InputHull& hull);
+// non-finite and lists of cells contradictory; the engine checks them.
+absl::StatusOr<MeshingInput> DecodeInput(amhex::v1::InputEncoding encoding,
+                                         const std::string& bytes, const Limits& limits);
 
 }  // namespace amhex::server

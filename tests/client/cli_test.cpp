@@ -246,8 +246,8 @@ TEST_F(LoadInputTest, DamagedFilesAreNamedWithTheirPath) {
 }
 
 TEST(EncodeArrays, HasTheLengthThatTheProtoPromises) {
-  EXPECT_EQ(EncodeArrays(PointCloud{{{1, 2, 3}}, {{0, 0, 1}}}).size(), 32u + 24 + 24);
-  EXPECT_EQ(EncodeArrays(TriangleMesh{{{}, {}, {}}, {{0, 1, 2}}}).size(), 32u + 72 + 12);
+  EXPECT_EQ(EncodeArrays({PointCloud{{{1, 2, 3}}, {{0, 0, 1}}}, {}}).size(), 32u + 24 + 24);
+  EXPECT_EQ(EncodeArrays({TriangleMesh{{{}, {}, {}}, {{0, 1, 2}}}, {}}).size(), 32u + 72 + 12);
 }
 
 }  // namespace

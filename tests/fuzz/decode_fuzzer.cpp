@@ -17,9 +17,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto encoding =
       (data[0] & 1) == 0 ? amhex::v1::INPUT_ENCODING_DRACO : amhex::v1::INPUT_ENCODING_ARRAYS;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  const auto hull = DecodeSurface(encoding, bytes, limits);
-  if (!hull.ok()) return 0;
-  const auto* mesh = std::get_if<amhex::TriangleMesh>(&*hull);
+  const auto input = DecodeInput(encoding, bytes, limits);
+  if (!input.ok()) return 0;
+  const auto* mesh = std::get_if<amhex::TriangleMesh>(&input->hull);
   if (mesh == nullptr) return 0;
   const auto vertex_count = static_cast<int64_t>(mesh->vertices.size());
   for (const auto& triangle : mesh->triangles) {

@@ -8,6 +8,7 @@
 
 #include "errors.h"
 #include "files.h"
+#include "hull_arrays.h"
 #include "mesh_codec.h"
 #include "service_fixtures.h"
 #include "surface_codec.h"
@@ -19,8 +20,8 @@ constexpr auto kDraco = amhex::v1::INPUT_ENCODING_DRACO;
 constexpr auto kArrays = amhex::v1::INPUT_ENCODING_ARRAYS;
 
 TriangleMesh Cube() {
-  const auto hull = DecodeSurface(kArrays, CubeInput(), Limits());
-  return hull.ok() ? std::get<TriangleMesh>(*hull) : TriangleMesh();
+  const auto hull = DecodeInput(kArrays, CubeInput(), Limits());
+  return hull.ok() ? std::get<TriangleMesh>(hull->hull) : TriangleMesh();
 }
 
 std::string Bytes(const draco::EncoderBuffer& buffer) {
@@ -83,28 +84,77 @@ TEST(SurfaceCodec, ArraysComeBackBitForBit) {
   TriangleMesh cube = Cube();
   ASSERT_EQ(cube.triangles.size(), 12u);
   cube.vertices[0].x = 1.0 / 3;
-  const auto back = DecodeSurface(kArrays, EncodeHullArrays(cube), Limits());
+  const auto back = DecodeInput(kArrays, EncodeHullArrays({cube, {}}), Limits());
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(std::get<TriangleMesh>(*back).vertices, cube.vertices);
-  EXPECT_EQ(std::get<TriangleMesh>(*back).triangles, cube.triangles);
+  EXPECT_EQ(std::get<TriangleMesh>(back->hull).vertices, cube.vertices);
+  EXPECT_EQ(std::get<TriangleMesh>(back->hull).triangles, cube.triangles);
   const PointCloud cloud{cube.vertices, cube.vertices};
-  const auto points = DecodeSurface(kArrays, EncodeHullArrays(cloud), Limits());
+  const auto points = DecodeInput(kArrays, EncodeHullArrays({cloud, {}}), Limits());
   ASSERT_TRUE(points.ok()) << points.status();
-  EXPECT_EQ(std::get<PointCloud>(*points).normals, cloud.normals);
+  EXPECT_EQ(std::get<PointCloud>(points->hull).normals, cloud.normals);
+}
+
+MeshingInput GuidedVolume() {
+  VolumeMesh volume;
+  volume.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1.0 / 3}};
+  volume.cell_faces = {4};
+  volume.face_corners = {3, 3, 3, 3};
+  volume.corners = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+  return {volume, {{{{1, 2, 3}, {0, 0, 1}, {1, 0, 0}}}, {{{4, 5, 6}, {0, 1, 0}}}}};
+}
+
+TEST(SurfaceCodec, CellsAndGuidanceComeBackBitForBit) {
+  const MeshingInput input = GuidedVolume();
+  const auto back = DecodeInput(kArrays, EncodeHullArrays(input), Limits());
+  ASSERT_TRUE(back.ok()) << back.status();
+  const auto& volume = std::get<VolumeMesh>(back->hull);
+  const auto& sent = std::get<VolumeMesh>(input.hull);
+  EXPECT_EQ(volume.vertices, sent.vertices);
+  EXPECT_EQ(volume.cell_faces, sent.cell_faces);
+  EXPECT_EQ(volume.face_corners, sent.face_corners);
+  EXPECT_EQ(volume.corners, sent.corners);
+  ASSERT_EQ(back->guidance.samples.size(), 1u);
+  EXPECT_EQ(back->guidance.samples[0].second_axis, (Vec3d{1, 0, 0}));
+  ASSERT_EQ(back->guidance.planes.size(), 1u);
+  EXPECT_EQ(back->guidance.planes[0].point, (Vec3d{4, 5, 6}));
+
+  MeshingInput guided{Cube(), input.guidance};
+  const auto surface = DecodeInput(kArrays, EncodeHullArrays(guided), Limits());
+  ASSERT_TRUE(surface.ok()) << surface.status();
+  EXPECT_EQ(std::get<TriangleMesh>(surface->hull).triangles, Cube().triangles);
+  EXPECT_EQ(surface->guidance.samples.size(), 1u);
+}
+
+TEST(SurfaceCodec, ExtendedArraysAreCheckedBeforeTheyAreRead) {
+  const std::string bytes = EncodeHullArrays(GuidedVolume());
+  for (size_t size = 0; size < bytes.size(); size += 5) {
+    const auto cut = DecodeInput(kArrays, bytes.substr(0, size), Limits());
+    EXPECT_FALSE(cut.ok()) << size;
+  }
+  for (const size_t count_at : {16, 24, 32, 40, 48, 56, 64}) {
+    for (const int64_t count : {int64_t{-1}, int64_t{1} << 40, int64_t{2}}) {
+      std::string wrong = bytes;
+      std::memcpy(wrong.data() + count_at, &count, sizeof(count));
+      EXPECT_FALSE(DecodeInput(kArrays, wrong, Limits()).ok()) << count_at << " " << count;
+    }
+  }
+  Limits limits;
+  limits.max_triangle_count = 3;
+  EXPECT_EQ(ReasonOf(DecodeInput(kArrays, bytes, limits).status()), "INPUT_TOO_LARGE");
 }
 
 TEST(SurfaceCodec, IndexOutOfRangeIsNamed) {
   TriangleMesh cube = Cube();
   cube.triangles[5][1] = 8;
-  const auto refused = DecodeSurface(kArrays, EncodeHullArrays(cube), Limits());
+  const auto refused = DecodeInput(kArrays, EncodeHullArrays({cube, {}}), Limits());
   EXPECT_EQ(ReasonOf(refused.status()), "INPUT_INVALID");
   EXPECT_NE(std::string(refused.status().message()).find("triangle 5"), std::string::npos);
 }
 
 TEST(SurfaceCodec, DracoMeshKeepsItsTopologyWithCornersWelded) {
-  const auto hull = DecodeSurface(kDraco, DracoCube(), Limits());
+  const auto hull = DecodeInput(kDraco, DracoCube(), Limits());
   ASSERT_TRUE(hull.ok()) << hull.status();
-  const auto& mesh = std::get<TriangleMesh>(*hull);
+  const auto& mesh = std::get<TriangleMesh>(hull->hull);
   EXPECT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.triangles.size(), 12u);
 }
@@ -112,9 +162,9 @@ TEST(SurfaceCodec, DracoMeshKeepsItsTopologyWithCornersWelded) {
 TEST(SurfaceCodec, DracoCloudsOfBothMethodsKeepPointsAndNormals) {
   for (const int method :
        {draco::POINT_CLOUD_SEQUENTIAL_ENCODING, draco::POINT_CLOUD_KD_TREE_ENCODING}) {
-    const auto hull = DecodeSurface(kDraco, DracoCloud(method), Limits());
+    const auto hull = DecodeInput(kDraco, DracoCloud(method), Limits());
     ASSERT_TRUE(hull.ok()) << hull.status();
-    const auto& cloud = std::get<PointCloud>(*hull);
+    const auto& cloud = std::get<PointCloud>(hull->hull);
     ASSERT_EQ(cloud.points.size(), 100u);
     ASSERT_EQ(cloud.normals.size(), 100u);
     for (const Vec3d& normal : cloud.normals) EXPECT_NEAR(normal.z, 1.0, 1e-2);
@@ -125,7 +175,7 @@ TEST(SurfaceCodec, DamagedDracoFilesNeverCrash) {
   const std::string files[] = {DracoCube(), DracoCloud(draco::POINT_CLOUD_SEQUENTIAL_ENCODING)};
   for (const std::string& file : files) {
     for (size_t size = 0; size < file.size(); ++size) {
-      const auto hull = DecodeSurface(kDraco, file.substr(0, size), Limits());
+      const auto hull = DecodeInput(kDraco, file.substr(0, size), Limits());
       EXPECT_FALSE(ReasonOf(hull.status()).empty()) << size << " bytes";
     }
   }
@@ -134,8 +184,8 @@ TEST(SurfaceCodec, DamagedDracoFilesNeverCrash) {
 TEST(SurfaceCodec, InputBeyondTheLimitsIsRefused) {
   Limits limits;
   limits.max_triangle_count = 11;
-  EXPECT_EQ(ReasonOf(DecodeSurface(kArrays, CubeInput(), limits).status()), "INPUT_TOO_LARGE");
-  EXPECT_EQ(ReasonOf(DecodeSurface(kDraco, DracoCube(), limits).status()), "INPUT_TOO_LARGE");
+  EXPECT_EQ(ReasonOf(DecodeInput(kArrays, CubeInput(), limits).status()), "INPUT_TOO_LARGE");
+  EXPECT_EQ(ReasonOf(DecodeInput(kDraco, DracoCube(), limits).status()), "INPUT_TOO_LARGE");
 }
 
 TEST(MeshCodec, MeshComesBackBitForBit) {

@@ -8,6 +8,7 @@
 #include "amhex/v1/meshing_service.grpc.pb.h"
 #include "errors.h"
 #include "files.h"
+#include "hull_arrays.h"
 #include "job.h"
 #include "job_id.h"
 #include "job_manager.h"
@@ -26,8 +27,8 @@ constexpr absl::Duration kMeshingPatience = absl::Seconds(90);
 constexpr int64_t kCubeCells = 64;
 
 TriangleMesh Cube() {
-  const auto hull = DecodeSurface(amhex::v1::INPUT_ENCODING_ARRAYS, CubeInput(), Limits());
-  return hull.ok() ? std::get<TriangleMesh>(*hull) : TriangleMesh();
+  const auto hull = DecodeInput(amhex::v1::INPUT_ENCODING_ARRAYS, CubeInput(), Limits());
+  return hull.ok() ? std::get<TriangleMesh>(hull->hull) : TriangleMesh();
 }
 
 class RealWorkerTest : public ::testing::Test {
@@ -47,7 +48,7 @@ class RealWorkerTest : public ::testing::Test {
   amhex::v1::SubmitJobRequest Request(const InputHull& hull, int64_t cell_count = kCubeCells) {
     amhex::v1::SubmitJobRequest request;
     request.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
-    request.set_inline_input(EncodeHullArrays(hull));
+    request.set_inline_input(EncodeHullArrays({hull, {}}));
     request.mutable_params()->mutable_sizing()->set_cell_count(cell_count);
     return request;
   }

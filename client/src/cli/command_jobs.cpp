@@ -6,6 +6,7 @@
 #include "absl/time/clock.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/load_guidance.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
 #include "cli/shared_flags.h"
@@ -20,12 +21,16 @@ struct SubmitFlags {
   std::string input, request_id;
   ServerChoice server;
   ParameterFlags parameters;
+  GuidanceFlags guidance;
 };
 
 int RunSubmit(const SubmitFlags& flags, const v1::MeshingParams& params) {
   Interrupt interrupt;
   const SignalWatcher signals(&interrupt);
-  const absl::StatusOr<LoadedInput> input = LoadInput(flags.input, params.sizing());
+  absl::StatusOr<Guidance> guidance = LoadGuidance(flags.guidance);
+  if (!guidance.ok()) return Fail(guidance.status(), kExitInput);
+  const absl::StatusOr<LoadedInput> input =
+      LoadInput(flags.input, params.sizing(), *std::move(guidance));
   if (!input.ok()) return Fail(input.status(), kExitInput);
   const absl::StatusOr<Connection> connection = Connect(flags.server, &interrupt);
   if (!connection.ok()) return Fail(connection.status());
@@ -106,6 +111,7 @@ void AddSubmitCommand(CLI::App* app, int* exit_code) {
   command->add_option("--request-id", flags->request_id,
                       "UUID that makes the command repeatable: the same one gives the same job");
   AddParameterFlags(command, &flags->parameters);
+  AddGuidanceFlags(command, &flags->guidance);
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
   command->callback([flags, command, exit_code] {
     *exit_code = RunSubmit(*flags, ParamsFrom(*command, flags->parameters));

@@ -7,6 +7,7 @@
 #include "absl/time/clock.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/load_guidance.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
 #include "cli/progress_events.h"
@@ -25,6 +26,7 @@ struct MeshFlags {
   std::string progress = "auto";
   ServerChoice server;
   ParameterFlags parameters;
+  GuidanceFlags guidance;
   OutputFlags outputs;
 };
 
@@ -63,7 +65,10 @@ class MeshRun {
     if (const absl::Status status = CheckOutputs(flags_.outputs); !status.ok()) {
       return Fail(status, absl::IsInvalidArgument(status) ? kExitUsage : kExitOutput);
     }
-    const absl::StatusOr<LoadedInput> input = LoadInput(flags_.input, params_.sizing());
+    absl::StatusOr<Guidance> guidance = LoadGuidance(flags_.guidance);
+    if (!guidance.ok()) return Fail(guidance.status(), kExitInput);
+    const absl::StatusOr<LoadedInput> input =
+        LoadInput(flags_.input, params_.sizing(), *std::move(guidance));
     if (!input.ok()) return Fail(input.status(), kExitInput);
     display_.Say(absl::StrCat(input->note.path, ": ", input->note.description, "; ",
                               input->note.encoding, "; ", input->encoded.bytes.size(), " bytes"));
@@ -136,11 +141,15 @@ class MeshRun {
 
 void AddMeshCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<MeshFlags>();
-  CLI::App* command = app->add_subcommand("mesh", "Turn a scan or surface into a volume mesh");
-  command->add_option("input", flags->input, "Scan or surface: .drc .ply .obj .off .stl")
+  CLI::App* command =
+      app->add_subcommand("mesh", "Turn a scan, surface or volume mesh into an at-most-hexa mesh");
+  command
+      ->add_option("input", flags->input,
+                   "Scan or surface: .drc .ply .obj .off .stl; volume mesh: .vtk .msh .vtu .mesh")
       ->required();
   AddOutputFlags(command, &flags->outputs);
   AddParameterFlags(command, &flags->parameters);
+  AddGuidanceFlags(command, &flags->guidance);
   AddServerFlags(command, LocalServers::kAllowed, &flags->server);
   command
       ->add_option("--progress", flags->progress,

@@ -16,15 +16,17 @@ struct LoadedInput {
   InputNote note;
 };
 
-// .drc files travel as they are; others are encoded with a precision that follows from the wanted
-// cells. Errors begin with the path and exit codes are those of the input.
+// .drc files travel as they are; other surfaces and clouds are encoded with a precision that
+// follows from the wanted cells, or as arrays when there is guidance; volume meshes are sent as
+// arrays. Errors begin with the path and exit codes are those of the input.
 absl::StatusOr<LoadedInput> LoadInput(const std::string& path,
-                                      const amhex::v1::SizingParams& sizing);
+                                      const amhex::v1::SizingParams& sizing,
+                                      Guidance guidance = {});
 
-// "12946 triangles, 6475 vertices" or "8000 points with normals".
+// "12946 triangles, 6475 vertices", "8000 points with normals" or "2520 cells, 3180 vertices".
 std::string DescribeHull(const InputHull& hull);
 
 // INPUT_ENCODING_ARRAYS, as laid out in proto/amhex/v1/geometry.proto.
-std::string EncodeArrays(const InputHull& hull);
+std::string EncodeArrays(const MeshingInput& input);
 
 }  // namespace amhex::client

@@ -74,6 +74,16 @@ void AddSecurityFlags(CLI::App* command, ServerChoice* choice) {
       ->envname("AMHEX_TOKEN_FILE");
 }
 
+void SetVolumeUse(const ParameterFlags& flags, v1::MeshingParams* params) {
+  constexpr std::array<std::pair<std::string_view, v1::VolumeUse>, 3> kUses = {
+      {{"reassemble", v1::VOLUME_USE_REASSEMBLE},
+       {"hull", v1::VOLUME_USE_HULL},
+       {"subdivide", v1::VOLUME_USE_SUBDIVIDE}}};
+  for (const auto& [word, value] : kUses) {
+    if (flags.volume_use == word) params->mutable_input()->set_volume_use(value);
+  }
+}
+
 }  // namespace
 
 void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice) {
@@ -107,6 +117,10 @@ void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
   command->add_option("--seed", flags->seed, "Seed of every random choice");
   command->add_option("--sharp-angle", flags->sharp_angle,
                       "Degrees from which on an edge of the input is kept sharp");
+  command
+      ->add_option("--volume-use", flags->volume_use,
+                   "What to do with a volume mesh: reassemble its cells, mesh its hull, subdivide")
+      ->check(CLI::IsMember({"reassemble", "hull", "subdivide"}));
   command->add_option("--min-quality", flags->min_quality,
                       "Least scaled Jacobian of accepted primitives");
   command->add_option("--initialization", flags->initialization, "Where sites come from")
@@ -137,6 +151,7 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
   if (Given(command, "--sharp-angle")) {
     params.mutable_input()->set_sharp_angle_degrees(flags.sharp_angle);
   }
+  SetVolumeUse(flags, &params);
   SetRelaxation(command, flags, &params);
   if (Given(command, "--min-quality")) {
     params.mutable_assembly()->set_min_quality(flags.min_quality);

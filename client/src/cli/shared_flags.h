@@ -23,7 +23,7 @@ void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice*
 struct ParameterFlags {
   int64_t cells = 0;
   double edge_length = 0;
-  std::string backend, initialization, extraction;
+  std::string backend, initialization, extraction, volume_use;
   int iterations = -1, lattice_points = 108, split_limit = 10;
   double regularity_weight = 1, jitter = 0.2;
   double sharp_angle = 35, min_quality = 0.25, time_limit_seconds = 0;

@@ -31,6 +31,11 @@ struct MeshingResult {
 absl::StatusOr<MeshingResult> Mesh(const InputHull& hull, const MeshingParams& params,
                                    RunContext& run);
 
+// The same with cells aligned to what `input.guidance` holds. A volume mesh that is reassembled
+// takes no guidance (INVALID_ARGUMENT): none of its vertices moves.
+absl::StatusOr<MeshingResult> Mesh(const MeshingInput& input, const MeshingParams& params,
+                                   RunContext& run);
+
 // What a run would cost, without running it; used by admission and by `validate_only`.
 struct CostEstimate {
   int64_t cell_count = 0;

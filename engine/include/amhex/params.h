@@ -25,9 +25,17 @@ struct SizingParams {
   double edge_length = 0.0;  // [0, inf)
 };
 
+// What a volume mesh is used for; no other input looks at this.
+enum class VolumeUse : uint8_t {
+  kReassemble = 0,  // its cells are broken down and reassembled, no vertex moves (the default)
+  kHull = 1,        // only its boundary is taken, as if it had been sent as a surface
+  kSubdivide = 2,   // a hexahedron around every corner of every cell; no vertex moves
+};
+
 struct InputParams {
   // Dihedral angle above which an input edge counts as sharp and is kept, in degrees.
   double sharp_angle_degrees = 35.0;  // [10, 180]; 180 keeps none
+  VolumeUse volume_use = VolumeUse::kReassemble;
 };
 
 struct RelaxationParams {

@@ -82,6 +82,7 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const Progr
   grid.levels.emplace_back().key = *std::move(cells);
   slice.Report(0.5);
   if (absl::Status s = FindHullConstraints(hull, &grid, run); !s.ok()) return s;
+  if (absl::Status s = FindGuideDirections(hull.guidance, &grid, run); !s.ok()) return s;
   slice.Report(0.8);
   if (absl::Status s = BuildPyramid(&grid, run); !s.ok()) return s;
   slice.Report(1.0);

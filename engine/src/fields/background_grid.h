@@ -73,6 +73,9 @@ struct GridLevel {
   // Finest level only: index into constraints, -1 = away from the hull.
   std::vector<int32_t> constraint_of_node;
   std::vector<HullConstraints> constraints;
+  // Likewise, directions of the user's guidance, whose points mean nothing; empty without guidance.
+  std::vector<int32_t> guides_of_node;
+  std::vector<HullConstraints> guides;
   // Nodes by the parity of their cell: no two neighbours share a colour.
   std::array<std::vector<int32_t>, 8> colours;
 
@@ -80,6 +83,10 @@ struct GridLevel {
   const HullConstraints* ConstraintsOf(int64_t node) const {
     const int32_t index = constraint_of_node[node];
     return index < 0 ? nullptr : &constraints[index];
+  }
+  const HullConstraints* GuidesOf(int64_t node) const {
+    if (guides_of_node.empty() || guides_of_node[node] < 0) return nullptr;
+    return &guides[guides_of_node[node]];
   }
 };
 
@@ -112,6 +119,9 @@ absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const Hull& hull, const Ve
                                                       const RunContext& run);
 // Fills constraint_of_node and constraints of the finest level (hull_constraints.cpp).
 absl::Status FindHullConstraints(const Hull& hull, BackgroundGrid* grid, const RunContext& run);
+// Fills guides_of_node and guides of the finest level (guide_directions.cpp).
+absl::Status FindGuideDirections(const Guidance& guidance, BackgroundGrid* grid,
+                                 const RunContext& run);
 // Adds the coarser levels, then neighbours and colours of all (grid_pyramid.cpp).
 absl::Status BuildPyramid(BackgroundGrid* grid, const RunContext& run);
 

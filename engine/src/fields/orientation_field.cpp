@@ -77,6 +77,19 @@ HullForms FinestHullForms(const GridLevel& level, const HullSamples& samples, do
   return hull;
 }
 
+// The user's guides pull like a flat hull, where no hull does.
+void AddGuides(const GridLevel& level, double weight, HullForms* hull) {
+  for (int64_t i = 0; i < level.count(); ++i) {
+    const HullConstraints* guides = level.GuidesOf(i);
+    if (guides == nullptr || hull->of_node[i] >= 0) continue;
+    hull->of_node[i] = static_cast<int32_t>(hull->forms.size());
+    QuarticForm& form = hull->forms.emplace_back();
+    for (const HullConstraint& guide : *guides) {
+      form.Add(FormOfAxis(guide.normal), static_cast<float>(weight));
+    }
+  }
+}
+
 HullForms ParentHullForms(const GridLevel& level, const HullForms& children, int64_t parent_count) {
   HullForms hull;
   hull.of_node.assign(parent_count, -1);
@@ -132,6 +145,7 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
                                                               const ProgressSlice& slice) {
   std::vector<HullForms> hull{
       FinestHullForms(grid.fine(), samples, settings.hull_weight, slice.run())};
+  AddGuides(grid.fine(), settings.hull_weight, &hull[0]);
   for (size_t l = 0; l + 1 < grid.levels.size(); ++l) {
     hull.push_back(ParentHullForms(grid.levels[l], hull[l], grid.levels[l + 1].count()));
   }

@@ -15,6 +15,7 @@
 #include "input/sharp_features.h"
 #include "input/surface_topology.h"
 #include "input/triangle_math.h"
+#include "reassembly/break_down.h"
 
 namespace amhex {
 namespace {
@@ -115,6 +116,9 @@ int64_t ElementCount(const InputHull& input) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) {
     return static_cast<int64_t>(mesh->triangles.size());
   }
+  if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
+    return static_cast<int64_t>(volume->cell_faces.size());
+  }
   return static_cast<int64_t>(std::get<PointCloud>(input).points.size());
 }
 
@@ -155,30 +159,9 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
   return result;
 }
 
-}  // namespace
-
-absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
-                               RunContext& run) {
-  AMHEX_RETURN_IF_ERROR(Validate(params));
-  AMHEX_RETURN_IF_ERROR(CheckInput(input));
-  const Frame unit = UnitFrame(BoxOf(input));
-  if (!(unit.scale > 0)) {
-    return absl::InvalidArgumentError("the input's triangles are all at one point");
-  }
-  SizingParams sizing = params.sizing;
-  AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, run));
-  if (sized.closed.user_edge_length > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
-    // Only a first surface could tell the default size; the hull is the one made for that size.
-    sizing.edge_length = sized.user_edge_length;
-    AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
-  }
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  ReportFraction(kClosedFraction, run);
-
+Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params) {
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;
-  AMHEX_RETURN_IF_ERROR(
-      CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
   Hull hull;
   hull.frame = {unit.origin, sized.user_edge_length};
   hull.vertices = std::move(solid.vertices);
@@ -199,6 +182,52 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   hull.input_points = std::move(sized.closed.input_points);
   for (Vec3d& p : hull.input_points) p /= h;
   return hull;
+}
+
+}  // namespace
+
+absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
+                               RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(Validate(params));
+  AMHEX_RETURN_IF_ERROR(CheckInput(input));
+  if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
+    AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, {}, run));
+    return BuildHull(BoundaryOf(broken), params, run);
+  }
+  const Frame unit = UnitFrame(BoxOf(input));
+  if (!(unit.scale > 0)) {
+    return absl::InvalidArgumentError("the input's triangles are all at one point");
+  }
+  SizingParams sizing = params.sizing;
+  AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, run));
+  if (sized.closed.user_edge_length > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
+    // Only a first surface could tell the default size; the hull is the one made for that size.
+    sizing.edge_length = sized.user_edge_length;
+    AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
+  }
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  ReportFraction(kClosedFraction, run);
+
+  const double h = sized.user_edge_length / unit.scale;
+  AMHEX_RETURN_IF_ERROR(
+      CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
+  return MakeHull(std::move(sized), unit, params);
+}
+
+absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_length,
+                                      const MeshingParams& params, RunContext& run) {
+  const Frame unit = UnitFrame(BoxOf(boundary));
+  SizedSolid sized;
+  AMHEX_ASSIGN_OR_RETURN(sized.closed, CloseInput(boundary, unit, {}, run));
+  if (sized.closed.user_edge_length > 0) {
+    return absl::InvalidArgumentError(
+        "the boundary of the volume mesh does not bound a solid by itself, so that its cells "
+        "cannot "
+        "be reassembled; set input.volume_use to HULL to mesh what it encloses");
+  }
+  sized.volume = VolumeOf(sized.closed.mesh);
+  sized.user_edge_length = edge_length;
+  return MakeHull(std::move(sized), unit, params);
 }
 
 }  // namespace amhex

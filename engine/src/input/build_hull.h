@@ -19,7 +19,14 @@ namespace amhex {
 // plane, no enclosed volume: with the first offending index and the count), OUT_OF_RANGE (more
 // cells or elements than the engine handles), RESOURCE_EXHAUSTED (memory limit), CANCELLED,
 // DEADLINE_EXCEEDED. O(n log n) in the input's size.
+//
+// Of a volume mesh the boundary is taken.
 absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
                                RunContext& run);
+
+// The hull of cells that are there already: `boundary` as it is, for the given edge length in the
+// user's units. INVALID_ARGUMENT if it does not bound a solid by itself.
+absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_length,
+                                      const MeshingParams& params, RunContext& run);
 
 }  // namespace amhex

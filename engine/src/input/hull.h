@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "amhex/input_hull.h"
 #include "amhex/vec3.h"
 
 namespace amhex {
@@ -56,6 +57,7 @@ struct Hull {
   std::shared_ptr<const HullQueries> queries;  // shared: hulls are immutable once built
   // The input's own points (cloud) or vertices, normalised: distance is measured against these.
   std::vector<Vec3d> input_points;
+  Guidance guidance;  // edge lengths, directions of unit length
   std::vector<std::string> warnings;
 };
 

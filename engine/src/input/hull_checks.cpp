@@ -8,6 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
+#include "input/offenders.h"
+#include "input/volume_checks.h"
 
 namespace amhex {
 namespace {
@@ -18,25 +20,6 @@ constexpr double kLargestCoordinate = 1e90;
 constexpr size_t kMostElements = std::numeric_limits<int32_t>::max() / 4;
 // Fraction of the box diagonal below which an extent is rounding noise.
 constexpr double kFlatness = 1e-9;
-
-// Counts offenders and remembers the first.
-class Offenders {
- public:
-  void Add(size_t index) {
-    if (count_++ == 0) first_ = index;
-  }
-  bool Any() const { return count_ > 0; }
-  // "triangle 17 (first of 3)"
-  std::string Describe(const char* what) const {
-    return absl::StrCat(what, " ", first_,
-                        count_ == 1 ? "" : absl::StrCat(" (first of ", count_, ")"));
-  }
-  size_t first() const { return first_; }
-
- private:
-  size_t first_ = 0;
-  size_t count_ = 0;
-};
 
 std::string Show(const Vec3d& p) { return absl::StrCat("(", p.x, ", ", p.y, ", ", p.z, ")"); }
 
@@ -143,10 +126,17 @@ absl::Status CheckCloud(const PointCloud& cloud) {
   return CheckSpansSpace(cloud.points, "points");
 }
 
+absl::Status CheckVolume(const VolumeMesh& mesh) {
+  AMHEX_RETURN_IF_ERROR(CheckVolumeLists(mesh));
+  AMHEX_RETURN_IF_ERROR(CheckCoordinates(mesh.vertices, "vertex"));
+  return CheckSpansSpace(mesh.vertices, "vertices");
+}
+
 }  // namespace
 
 absl::Status CheckInput(const InputHull& input) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) return CheckMesh(*mesh);
+  if (const auto* volume = std::get_if<VolumeMesh>(&input)) return CheckVolume(*volume);
   return CheckCloud(std::get<PointCloud>(input));
 }
 

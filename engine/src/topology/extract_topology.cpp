@@ -3,18 +3,16 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
-#include "optimize/cell_quality.h"
 #include "topology/collect_faces.h"
 #include "topology/direct_cells.h"
 #include "topology/face_complex.h"
 #include "topology/leftovers.h"
 #include "topology/parallel_blocks.h"
-#include "topology/primitive_search.h"
+#include "topology/search_primitives.h"
 
 namespace amhex {
 namespace {
@@ -71,42 +69,6 @@ void SortUnique(std::vector<CellFace>* faces) {
   faces->erase(std::unique(faces->begin(), faces->end()), faces->end());
 }
 
-// The found primitive the right way round, or nullopt if it is not good enough either way.
-std::optional<Primitive> Judge(const FoundPrimitive& found, const std::vector<Vec3d>& vertices,
-                               double min_quality) {
-  Primitive primitive;
-  primitive.type = found.type;
-  primitive.corners = found.corners;
-  if (CellVolume(found.corners, vertices) < 0) {
-    primitive.corners = MirrorCorners(found.type, found.corners);
-  }
-  primitive.quality = CellQuality(primitive.corners, vertices);
-  if (!(primitive.quality > min_quality)) return std::nullopt;
-  return primitive;
-}
-
-// Listing 1: all good primitives among the faces, hexahedra first.
-absl::StatusOr<std::vector<Primitive>> SearchAll(const FaceComplex& complex,
-                                                 const std::vector<Vec3d>& vertices,
-                                                 double min_quality, RunContext& context) {
-  std::vector<Primitive> primitives;
-  Progress progress = context.progress();
-  for (size_t i = 0; i < kPrimitiveTypes.size(); ++i) {
-    std::vector<FoundPrimitive> found;
-    AMHEX_RETURN_IF_ERROR(FindPrimitives(complex, kPrimitiveTypes[i], context, &found));
-    const auto judge = [&](int64_t begin, int64_t end, std::vector<Primitive>* good) {
-      for (int64_t j = begin; j < end; ++j) {
-        if (auto primitive = Judge(found[j], vertices, min_quality)) good->push_back(*primitive);
-      }
-    };
-    AMHEX_RETURN_IF_ERROR(CollectFromBlocks(static_cast<int64_t>(found.size()), kPrimitivesPerBlock,
-                                            context, &primitives, judge));
-    progress.stage_fraction = double(i + 1) / kPrimitiveTypes.size();
-    context.Report(progress);
-  }
-  return primitives;
-}
-
 bool IsInitial(const Primitive& primitive) {
   return primitive.type == PrimitiveType::kHexahedron && primitive.quality > kInitialQuality;
 }
@@ -144,8 +106,9 @@ absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const Mes
   if (leftovers.IsEmpty()) return table;
   AMHEX_ASSIGN_OR_RETURN(const FaceComplex complex,
                          CollectLeftoverFaces(cubes, leftovers, others, context));
-  AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> found,
-                         SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
+  AMHEX_ASSIGN_OR_RETURN(
+      std::vector<Primitive> found,
+      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context));
   std::erase_if(found, [&](const Primitive& p) { return !leftovers.Fits(p.corners); });
   table.primitives.insert(table.primitives.end(), others.begin(), others.end());
   table.primitives.insert(table.primitives.end(), found.begin(), found.end());
@@ -165,8 +128,9 @@ absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const Meshin
   SortUnique(&faces);
   const auto complex =
       FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
-  AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> found,
-                         SearchAll(complex, cubes.vertices, params.assembly.min_quality, context));
+  AMHEX_ASSIGN_OR_RETURN(
+      std::vector<Primitive> found,
+      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context));
   PrimitiveTable table;
   table.primitives = std::move(found);
   const auto pool =

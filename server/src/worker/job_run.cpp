@@ -107,13 +107,13 @@ void RelayProgress(const SendNews& send, RunContext* context) {
   };
 }
 
-absl::StatusOr<InputHull> ReadInput(const amhex::worker::RunJob& order, const SendNews& send) {
+absl::StatusOr<MeshingInput> ReadInput(const amhex::worker::RunJob& order, const SendNews& send) {
   OwnStage stage(amhex::v1::STAGE_DECODE_INPUT, send);
   AMHEX_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(order.input_path()));
-  AMHEX_ASSIGN_OR_RETURN(InputHull hull,
-                         DecodeSurface(order.input_encoding(), bytes, DecodeLimits(order)));
+  AMHEX_ASSIGN_OR_RETURN(MeshingInput input,
+                         DecodeInput(order.input_encoding(), bytes, DecodeLimits(order)));
   stage.Done();
-  return hull;
+  return input;
 }
 
 absl::StatusOr<Finished> Run(const amhex::worker::RunJob& order, const SendNews& send,
@@ -123,17 +123,17 @@ absl::StatusOr<Finished> Run(const amhex::worker::RunJob& order, const SendNews&
     context->SetDeadline(RunContext::Clock::now() +
                          absl::ToChronoNanoseconds(std::min(timeout, absl::Hours(24 * 365))));
   }
-  AMHEX_ASSIGN_OR_RETURN(const InputHull hull, ReadInput(order, send));
+  AMHEX_ASSIGN_OR_RETURN(const MeshingInput input, ReadInput(order, send));
   const MeshingParams params = ToEngine(order.params());
   Finished finished;
   if (order.estimate_only()) {
-    AMHEX_ASSIGN_OR_RETURN(const CostEstimate estimate, EstimateCost(hull, params));
+    AMHEX_ASSIGN_OR_RETURN(const CostEstimate estimate, EstimateCost(input.hull, params));
     *finished.mutable_estimate() = ToProto(estimate);
     return finished;
   }
   AMHEX_RETURN_IF_ERROR(context->CheckStop());
   RelayProgress(send, context);
-  AMHEX_ASSIGN_OR_RETURN(const MeshingResult result, Mesh(hull, params, *context));
+  AMHEX_ASSIGN_OR_RETURN(const MeshingResult result, Mesh(input, params, *context));
   OwnStage stage(amhex::v1::STAGE_ENCODE_RESULT, send);
   AMHEX_RETURN_IF_ERROR(WriteMeshFile(result.mesh, order.output_path()));
   *finished.mutable_result() = ToProto(result);
