@@ -9,6 +9,10 @@
 namespace amhex {
 
 absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull) {
+  if (mesh.corners.empty()) {
+    return absl::InvalidArgumentError(
+        "the solid is too thin for a cell of the wanted edge length anywhere; ask for more cells");
+  }
   MeshingResult result;
   result.mesh = std::move(mesh);
   const ValidationReport report = ValidateMesh(result.mesh);
