@@ -33,7 +33,8 @@ MeshingInput AnyInput(ByteSource* bytes);
 TriangleMesh SmallSoup(ByteSource* bytes);
 
 // What a fuzzer calls. Both end the process when the engine breaks its promise: a crash, a status
-// without a message, an INTERNAL one, or a mesh that breaks the law.
+// without a message, an INTERNAL one other than that no mesh was found, or a mesh that breaks the
+// law.
 void CheckAnyInput(const uint8_t* data, size_t size);
 void MeshSmallSoup(const uint8_t* data, size_t size);
 
