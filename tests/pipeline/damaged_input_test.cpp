@@ -75,9 +75,9 @@ INSTANTIATE_TEST_SUITE_P(AllShapes, DamagedMesh,
                          testing::Combine(testing::Range(size_t{0}, Shapes().size()),
                                           testing::Range(size_t{0},
                                                          fixtures::MeshDamages().size())),
-                         [](const testing::TestParamInfo<Case>& info) {
-                           return Shapes()[std::get<0>(info.param)].name +
-                                  fixtures::MeshDamages()[std::get<1>(info.param)].name;
+                         [](const testing::TestParamInfo<Case>& instance) {
+                           return Shapes()[std::get<0>(instance.param)].name +
+                                  fixtures::MeshDamages()[std::get<1>(instance.param)].name;
                          });
 
 class DamagedCloud : public testing::TestWithParam<Case> {};
@@ -97,9 +97,9 @@ INSTANTIATE_TEST_SUITE_P(AllShapes, DamagedCloud,
                          testing::Combine(testing::Range(size_t{0}, Shapes().size()),
                                           testing::Range(size_t{0},
                                                          fixtures::CloudDamages().size())),
-                         [](const testing::TestParamInfo<Case>& info) {
-                           return Shapes()[std::get<0>(info.param)].name +
-                                  fixtures::CloudDamages()[std::get<1>(info.param)].name;
+                         [](const testing::TestParamInfo<Case>& instance) {
+                           return Shapes()[std::get<0>(instance.param)].name +
+                                  fixtures::CloudDamages()[std::get<1>(instance.param)].name;
                          });
 
 }  // namespace
