@@ -242,6 +242,8 @@ pb::MeshStatistics ToProto(const MeshStatistics& statistics) {
   out.set_boundary_component_count(statistics.boundary_component_count);
   out.set_genus(statistics.genus);
   out.set_distance_exceeds_cell(statistics.distance_exceeds_cell);
+  out.set_sharp_edge_deviation_rms(statistics.sharp_edge_deviation_rms);
+  out.set_sharp_edge_deviation_max(statistics.sharp_edge_deviation_max);
   return out;
 }
 

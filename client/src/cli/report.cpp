@@ -49,6 +49,11 @@ std::string SummaryOf(const v1::Job& job) {
       "  distance to the input in %% of its diagonal  mesh to input %.3f at most, "
       "input to mesh %.3f at most, %.4f on average\n",
       100 * s.mesh_to_input_max(), 100 * s.input_to_mesh_max(), 100 * s.input_to_mesh_mean());
+  if (s.sharp_edge_deviation_max() > 0) {
+    absl::StrAppendFormat(&text,
+                          "  sharp edges followed within %.3f edge lengths (rms), %.3f at most\n",
+                          s.sharp_edge_deviation_rms(), s.sharp_edge_deviation_max());
+  }
   absl::StrAppendFormat(&text, "  edge length %.4g, volume %.6g of %.6g, genus %d\n",
                         s.edge_length(), s.volume(), s.hull_volume(), s.genus());
   absl::StrAppendFormat(&text, "  %.2f s, %s\n", WallSeconds(job), result.backend_note());

@@ -58,6 +58,10 @@ struct MeshStatistics {
   double mesh_to_input_max = 0;
   double input_to_mesh_max = 0;
   double input_to_mesh_mean = 0;
+  // From the input's sharp edges to the nearest edges of the mesh's boundary, in wanted edge
+  // lengths; 0 where the input has none.
+  double sharp_edge_deviation_rms = 0;
+  double sharp_edge_deviation_max = 0;
   double edge_length = 0;  // the wanted edge length h, user's units
   int64_t boundary_component_count = 0;
   int64_t genus = 0;                   // of the mesh boundary, summed over components

@@ -72,8 +72,8 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const Progr
   if (!cells.ok()) return cells.status();
   const auto node_count = static_cast<int64_t>(cells->size());
   if (node_count == 0) {
-    return absl::FailedPreconditionError(
-        "the hull is thinner than half an edge length everywhere: ask for more cells");
+    return absl::InvalidArgumentError(
+        "sizing: the hull is thinner than half an edge length everywhere: ask for more cells");
   }
   if (node_count > kMaxNodes) {
     return absl::ResourceExhaustedError(

@@ -14,7 +14,7 @@ namespace amhex {
 // field on a background grid of spacing h / 2 (h = 1 in the normalised frame). All sites lie
 // inside; sizes are the wanted cell extents along the frames' axes; links name the faces to glue.
 //
-// Errors: FAILED_PRECONDITION when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
+// Errors: INVALID_ARGUMENT when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
 // the grid would be too large, CANCELLED, DEADLINE_EXCEEDED. About 0.6 KB and 60 us per node (one
 // core), eight nodes per cell.
 absl::StatusOr<Sites> PopulateFromFields(const Hull& hull, const HullSamples& samples,

@@ -7,6 +7,7 @@
 #include "output/boundary_topology.h"
 #include "output/cell_law.h"
 #include "output/mesh_faces.h"
+#include "output/sharp_edges.h"
 #include "output/surface_distance.h"
 
 namespace amhex {
@@ -96,6 +97,11 @@ MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull) {
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
   MeasureDistances(boundary, hull, statistics);
+  std::vector<Vec3d> vertices = mesh.vertices;
+  for (Vec3d& p : vertices) p = hull.frame.ToNormalized(p);
+  const SharpEdgeDeviation deviation = MeasureSharpEdges(hull, census.boundary, vertices);
+  statistics.sharp_edge_deviation_rms = deviation.root_mean_square;
+  statistics.sharp_edge_deviation_max = deviation.maximum;
   return statistics;
 }
 

@@ -115,7 +115,7 @@ TEST(BackgroundGrid, RefusesAHullTooThinForANode) {
   // A straight bar is never too thin: nodes stand at the centres of cells that cover its box.
   EXPECT_TRUE(GridOf(HullOf(fixtures::MakeBox({0.2, 0.2, 8}, 0.2))).ok());
   const auto ring = GridOf(HullOf(fixtures::MakeTorus(3.1, 0.01, 0.05)));
-  EXPECT_EQ(ring.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(ring.status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST(BackgroundGrid, RefusesAnAbsurdlyLongHull) {

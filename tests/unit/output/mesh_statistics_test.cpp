@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "fixtures/solids.h"
 #include "output/finalize_mesh.h"
@@ -49,6 +50,27 @@ TEST(MeshStatistics, MeasureBothDistancesAsFractionsOfTheDiagonal) {
   EXPECT_FALSE(low.distance_exceeds_cell);
   const MeshStatistics lower = MeasureMesh(MeshOf(GridComplex({3, 4, 11})), hull);
   EXPECT_TRUE(lower.distance_exceeds_cell);
+}
+
+TEST(MeshStatistics, SayHowFarTheBoundaryLeavesSharpEdges) {
+  const MeshStatistics exact =
+      MeasureMesh(MeshOf(GridComplex({4, 3, 2})), HullOfMesh(fixtures::MakeBox({4, 3, 2}, 1)));
+  EXPECT_NEAR(exact.sharp_edge_deviation_rms, 0, 1e-12);
+  EXPECT_NEAR(exact.sharp_edge_deviation_max, 0, 1e-12);
+  // A box that is larger by 0.1 everywhere: along its edges the mesh's are 0.1 * sqrt 2 away, at
+  // its corners 0.1 * sqrt 3.
+  const Hull larger = HullOfMesh(fixtures::MakeBox({4.2, 3.2, 2.2}, 1));
+  const MeshStatistics near = MeasureMesh(MeshOf(GridComplex({4, 3, 2})), larger);
+  EXPECT_NEAR(near.sharp_edge_deviation_rms, 0.1 * std::sqrt(2.0), 0.002);
+  EXPECT_LT(near.sharp_edge_deviation_max, 0.1 * std::sqrt(3.0) + 1e-9);
+}
+
+TEST(MeshStatistics, DoNotCountSharpEdgesThatAreNoise) {
+  // All twelve edges of the box together are shorter than what is followed.
+  const Hull tiny = HullOfMesh(fixtures::MakeBox({0.2, 0.2, 0.2}, 1));
+  const MeshStatistics statistics = MeasureMesh(MeshOf(GridComplex({1, 1, 1})), tiny);
+  EXPECT_EQ(statistics.sharp_edge_deviation_rms, 0);
+  EXPECT_GT(statistics.mesh_to_input_max, 0);
 }
 
 TEST(MeshStatistics, DoNotChangeWithTheUsersUnits) {
