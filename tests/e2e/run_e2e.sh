@@ -150,6 +150,8 @@ test_errors() {
   refuses "a parameter out of range" 3 "min_quality" mesh cube.drc --min-quality 7 -o out.vtu
   refuses "no server there" 4 "cannot be reached" \
     mesh cube.drc --server 127.0.0.1:1 --patience 0.5 -o out.vtu
+  refuses "a folder as authorities" 3 "cannot be read" \
+    mesh cube.drc --server 127.0.0.1:1 --tls-ca / -o out.vtu
   refuses "no subcommand" 2 "subcommand" --quiet
   refuses "an unknown flag" 2 "frobnicate" mesh cube.drc --frobnicate -o out.vtu
   AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu

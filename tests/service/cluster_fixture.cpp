@@ -51,8 +51,11 @@ std::vector<pid_t> ChildrenOf(pid_t parent) {
   for (; entry != std::filesystem::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    // Line by line, for these calls report a process that ends while it is read in the stream's
+    // state; the stream's bare buffer would throw.
     std::ifstream file(entry->path() / "stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
+    std::string text;
+    for (std::string line; std::getline(file, line);) text += line;
     const size_t close = text.rfind(')');
     if (close == std::string::npos) continue;
     std::istringstream rest(text.substr(close + 1));

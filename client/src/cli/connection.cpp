@@ -1,7 +1,7 @@
 #include "cli/connection.h"
 
 #include <fstream>
-#include <iterator>
+#include <sstream>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
@@ -13,10 +13,13 @@ namespace {
 // Empty for an empty path.
 absl::Status ReadText(const std::string& path, std::string* text) {
   if (path.empty()) return absl::OkStatus();
-  std::ifstream file(path, std::ios::binary);
-  text->assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-  if (file.bad() || text->empty()) {
-    return absl::NotFoundError(absl::StrCat(path, " cannot be read or is empty"));
+  // Through a stream, for the iterators of a stream's buffer throw where a folder is named.
+  const std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  content << file.rdbuf();
+  *text = content.str();
+  if (text->empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(path, " cannot be read or is empty"));
   }
   return absl::OkStatus();
 }
