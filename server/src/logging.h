@@ -1,6 +1,7 @@
-// Log lines of key=value pairs, one per event, on standard error.
+// Log lines on standard error, one per event, as key=value pairs or as JSON objects.
 //
-//   time=2026-01-31T12:00:00.000Z level=info event=job_started job=jobs/... attempt=1
+//   time=2026-01-31T12:00:00.000Z level=info pid=7 event=job_started job=jobs/... attempt=1
+//   {"time":"2026-01-31T12:00:00.000Z","level":"info","pid":7,"event":"job_started",...}
 #pragma once
 
 #include <initializer_list>
@@ -14,17 +15,21 @@ namespace amhex::server {
 struct LogField {
   std::string key;
   std::string value;
+  bool is_number = false;  // JSON has it without quotes
+
   LogField(std::string field_key, std::string field_value)
       : key(std::move(field_key)), value(std::move(field_value)) {}
   LogField(std::string field_key, const char* field_value)
       : key(std::move(field_key)), value(field_value) {}
   LogField(std::string field_key, int64_t number)
-      : key(std::move(field_key)), value(std::to_string(number)) {}
+      : key(std::move(field_key)), value(std::to_string(number)), is_number(true) {}
   LogField(std::string field_key, double number);
 };
 
-// `level` is one of trace, debug, info, warning, error. INVALID_ARGUMENT otherwise.
-absl::Status SetUpLogging(const std::string& level);
+// `level` is one of trace, debug, info, warning, error; `format` is text or json. INVALID_ARGUMENT
+// otherwise.
+absl::Status CheckLogging(const std::string& level, const std::string& format);
+absl::Status SetUpLogging(const std::string& level, const std::string& format);
 
 void LogDebug(const char* event, std::initializer_list<LogField> fields);
 void LogInfo(const char* event, std::initializer_list<LogField> fields);

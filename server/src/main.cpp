@@ -84,7 +84,8 @@ int Main(int argc, char** argv) {
     if (!verdict.ok()) std::cerr << "amhexd: " << verdict.message() << "\n";
     return verdict.ok() ? EXIT_SUCCESS : kBadConfiguration;
   }
-  if (const absl::Status status = SetUpLogging(options->log_level); !status.ok()) {
+  if (const absl::Status status = SetUpLogging(options->log_level, options->log_format);
+      !status.ok()) {
     std::cerr << "amhexd: " << status.message() << "\n";
     return EXIT_FAILURE;
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "logging.h"
 #include "store_choice.h"
 #include "version.h"
 
@@ -67,6 +68,10 @@ void AddServingFlags(CLI::App* app, ServerOptions* options) {
       ->envname("AMHEX_PORT_FILE");
   app->add_option("--log-level", options->log_level, "trace, debug, info, warning or error")
       ->envname("AMHEX_LOG_LEVEL")
+      ->capture_default_str();
+  app->add_option("--log-format", options->log_format,
+                  "Log lines: text (key=value) or json (an object each)")
+      ->envname("AMHEX_LOG_FORMAT")
       ->capture_default_str();
 }
 
@@ -224,6 +229,10 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
 
 absl::Status Validate(const ServerOptions& options) {
   if (options.listen.empty()) return Refuse("--listen needs at least one address");
+  if (const absl::Status status = CheckLogging(options.log_level, options.log_format);
+      !status.ok()) {
+    return status;
+  }
   if (const absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
   const bool callers_known = !options.tokens.empty() || !options.tls.client_ca.empty();
   for (const std::string& address : options.listen) {

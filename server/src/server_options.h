@@ -64,6 +64,7 @@ struct ServerOptions {
   std::string effective;
 
   std::string log_level = "info";
+  std::string log_format = "text";  // or json
   Limits limits;
 };
 

@@ -1,112 +1,41 @@
 // The real amhexd as a process: signals, kill -9, exit codes, health. Workers follow scripts.
-#include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 
 #include "absl/strings/str_cat.h"
-#include "amhex/v1/meshing_service.grpc.pb.h"
+#include "daemon_fixture.h"
 #include "errors.h"
 #include "files.h"
 #include "health_client.h"
 #include "job.h"
 #include "service_fixtures.h"
 
-extern char** environ;
-
 namespace amhex::server {
 namespace {
 
 using amhex::v1::Job;
 
-class ProcessTest : public ::testing::Test {
+class ProcessTest : public DaemonTest {
  protected:
-  void TearDown() override {
-    if (pid_ != 0) {
-      kill(pid_, SIGKILL);
-      Wait();
-    }
-  }
-
-  void Spawn(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), AMHEX_DAEMON);
-    std::vector<char*> pointers;
-    for (std::string& argument : arguments) pointers.push_back(argument.data());
-    pointers.push_back(nullptr);
-    ASSERT_EQ(posix_spawn(&pid_, AMHEX_DAEMON, nullptr, nullptr, pointers.data(), environ), 0);
-  }
-
   void Start(const std::string& drain_seconds = "20") {
-    std::remove((folder_ / "ports").c_str());
-    Spawn({"--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--data-dir",
-           folder_ / "data", "--worker", AMHEX_SCRIPTED_WORKER, "--port-file", folder_ / "ports",
-           "--drain-timeout", drain_seconds, "--log-level", "warning"});
-    ASSERT_TRUE(Eventually([&] { return !Port("grpc").empty(); }));
-    channel_ = grpc::CreateChannel(Port("grpc"), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel_);
+    DaemonTest::Start({"--drain-timeout", drain_seconds});
   }
-
-  // The address after "name=" in the port file.
-  std::string Port(const std::string& name) {
-    std::ifstream file(folder_ / "ports");
-    for (std::string line; std::getline(file, line);) {
-      if (line.compare(0, name.size(), name) == 0) return line.substr(name.size() + 1);
-    }
-    return "";
-  }
-
-  // The exit code, or -1 after death by a signal.
-  int Wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    pid_ = 0;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  std::string Submit(const std::string& script) {
-    grpc::ClientContext context;
-    amhex::v1::SubmitJobResponse response;
-    const auto status = mesher_->SubmitJob(&context, ScriptRequest(script), &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return response.job().name();
-  }
-
-  Job Get(const std::string& name) {
-    grpc::ClientContext context;
-    context.set_wait_for_ready(true);
-    amhex::v1::GetJobRequest request;
-    request.set_name(name);
-    Job job;
-    const auto status = mesher_->GetJob(&context, request, &job);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return job;
-  }
-
-  bool Reaches(const std::string& name, Job::State state) {
-    return Eventually([&] { return Get(name).state() == state; });
-  }
-
-  TemporaryFolder folder_;
-  pid_t pid_ = 0;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
 };
 
 TEST_F(ProcessTest, KillLosesNoAcknowledgedJobAndSpendsNoAttempt) {
   Start();
   const std::string running =
-      Submit(absl::StrCat("progress 1; once ", folder_ / "a", "; sleep 300; succeed mesh;"));
+      Submit(absl::StrCat("progress 1; once ", folder() / "a", "; sleep 300; succeed mesh;"));
   std::vector<std::string> queued;
   for (int i = 0; i < 5; ++i) queued.push_back(Submit("succeed mesh;"));
   for (int round = 0; round < 3; ++round) {
-    kill(pid_, SIGKILL);
+    kill(pid(), SIGKILL);
     EXPECT_EQ(Wait(), -1);
     Start();
   }
@@ -116,12 +45,12 @@ TEST_F(ProcessTest, KillLosesNoAcknowledgedJobAndSpendsNoAttempt) {
 
 TEST_F(ProcessTest, WorkersEndWithAKilledServer) {
   Start();
-  const std::string alive = folder_ / "alive";
+  const std::string alive = folder() / "alive";
   std::string script = "progress 1;";
   for (int i = 0; i < 200; ++i) absl::StrAppend(&script, "sleep 50; touch ", alive, ";");
   const std::string name = Submit(script);
   ASSERT_TRUE(Eventually([&] { return ReadWholeFile(alive).ok(); }));
-  kill(pid_, SIGKILL);
+  kill(pid(), SIGKILL);
   Wait();
   absl::SleepFor(absl::Milliseconds(300));
   const std::string before = *ReadWholeFile(alive);
@@ -133,7 +62,7 @@ TEST_F(ProcessTest, TerminationFinishesRunningJobsAndExitsWithZero) {
   Start();
   const std::string name = Submit("progress 1; deaf 500; succeed mesh;");
   ASSERT_TRUE(Reaches(name, Job::RUNNING));
-  kill(pid_, SIGTERM);
+  kill(pid(), SIGTERM);
   EXPECT_EQ(Wait(), 0);
   Start();
   EXPECT_EQ(Get(name).state(), Job::SUCCEEDED);
@@ -143,7 +72,7 @@ TEST_F(ProcessTest, TerminationGivesLongJobsBack) {
   Start("0.1");
   const std::string name = Submit("progress 1; sleep 1000; succeed mesh;");
   ASSERT_TRUE(Reaches(name, Job::RUNNING));
-  kill(pid_, SIGTERM);
+  kill(pid(), SIGTERM);
   EXPECT_EQ(Wait(), 0);
   Start();
   EXPECT_TRUE(Reaches(name, Job::SUCCEEDED));
@@ -154,15 +83,15 @@ TEST_F(ProcessTest, SecondSignalEndsTheDrainAtOnce) {
   Start("600");
   const std::string name = Submit("progress 1; sleep 60000;");
   ASSERT_TRUE(Reaches(name, Job::RUNNING));
-  kill(pid_, SIGTERM);
+  kill(pid(), SIGTERM);
   absl::SleepFor(absl::Milliseconds(200));
-  kill(pid_, SIGTERM);
+  kill(pid(), SIGTERM);
   EXPECT_EQ(Wait(), 0);
 }
 
 TEST_F(ProcessTest, HealthTellsReadinessAndKeepsLivenessWhileDraining) {
   Start();
-  HealthClient health(channel_);
+  HealthClient health(channel());
   EXPECT_TRUE(
       Eventually([&] { return health.Check("amhex.v1.Mesher") == HealthClient::kServing; }));
   EXPECT_EQ(health.Check(""), HealthClient::kServing);
@@ -170,10 +99,37 @@ TEST_F(ProcessTest, HealthTellsReadinessAndKeepsLivenessWhileDraining) {
   EXPECT_EQ(health.Check("nobody"), HealthClient::kUnknown);
   const std::string name = Submit("progress 1; sleep 60000;");
   ASSERT_TRUE(Reaches(name, Job::RUNNING));
-  kill(pid_, SIGTERM);
+  kill(pid(), SIGTERM);
   EXPECT_TRUE(
       Eventually([&] { return health.Check("amhex.v1.Mesher") == HealthClient::kNotServing; }));
   EXPECT_EQ(health.Check(""), HealthClient::kServing);
+}
+
+TEST_F(ProcessTest, HealthWatchTellsEachServiceOfItsChangesOnly) {
+  using Status = HealthClient::Status;
+  Start();
+  HealthWatch mesher(channel(), "amhex.v1.Mesher");
+  HealthWatch blobs(channel(), "amhex.v1.Blobs");
+  HealthWatch worker(channel(), "worker");
+  HealthWatch process(channel(), "");
+  HealthWatch nobody(channel(), "nobody");
+  EXPECT_EQ(process.Next(), Status::kServing);
+  EXPECT_EQ(nobody.Next(), Status::kServiceUnknown);
+  EXPECT_TRUE(mesher.Reaches(Status::kServing));
+  EXPECT_TRUE(worker.Reaches(Status::kServing));
+  EXPECT_TRUE(blobs.Reaches(Status::kServing));
+  const std::string name = Submit("progress 1; sleep 60000;");
+  ASSERT_TRUE(Reaches(name, Job::RUNNING));
+  kill(pid(), SIGTERM);
+  EXPECT_TRUE(mesher.Reaches(Status::kNotServing));
+  EXPECT_TRUE(blobs.Reaches(Status::kNotServing));
+  // Whoever asks anew while it drains hears that the process lives and the worker is up.
+  EXPECT_EQ(HealthWatch(channel(), "").Next(), Status::kServing);
+  EXPECT_EQ(HealthWatch(channel(), "worker").Next(), Status::kServing);
+  kill(pid(), SIGTERM);
+  EXPECT_EQ(Wait(), 0);
+  // Nothing but the end was said to those whom the drain did not concern.
+  EXPECT_TRUE(process.EndsWithout(Status::kNotServing));
 }
 
 // Runs amhexd with --check-config; gives what it printed and its exit code.
@@ -199,16 +155,16 @@ TEST_F(ProcessTest, CheckConfigPrintsWhatIsInForceAndHidesPasswords) {
 }
 
 TEST_F(ProcessTest, CheckConfigNamesWhatIsWrong) {
-  ASSERT_TRUE(WriteFileAtomically(folder_ / "tokens", "nonsense").ok());
-  const auto [text, code] = CheckConfig("--tokens " + (folder_ / "tokens"));
+  ASSERT_TRUE(WriteFileAtomically(folder() / "tokens", "nonsense").ok());
+  const auto [text, code] = CheckConfig("--tokens " + (folder() / "tokens"));
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find("line 1"), std::string::npos) << text;
 }
 
 TEST_F(ProcessTest, FullDiskFailsTheJobAndNothingElse) {
   // A file system of 16 MiB of its own; where that is not permitted, no larger file than that.
-  std::filesystem::create_directory(folder_ / "data");
-  const bool mounted = mount("tmpfs", (folder_ / "data").c_str(), "tmpfs", 0, "size=16m") == 0;
+  std::filesystem::create_directory(folder() / "data");
+  const bool mounted = mount("tmpfs", (folder() / "data").c_str(), "tmpfs", 0, "size=16m") == 0;
   if (!mounted) {
     const rlimit limit{16 << 20, RLIM_INFINITY};
     signal(SIGXFSZ, SIG_IGN);
@@ -220,21 +176,21 @@ TEST_F(ProcessTest, FullDiskFailsTheJobAndNothingElse) {
   EXPECT_EQ(ReasonOf(Get(full).error()), "STORAGE_FULL") << Get(full).error().message();
   const std::string after = Submit("succeed mesh;");
   EXPECT_TRUE(Reaches(after, Job::SUCCEEDED));
-  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "data/scratch"));
-  kill(pid_, SIGTERM);
+  EXPECT_TRUE(std::filesystem::is_empty(folder() / "data/scratch"));
+  kill(pid(), SIGTERM);
   EXPECT_EQ(Wait(), 0);
-  if (mounted) umount((folder_ / "data").c_str());
+  if (mounted) umount((folder() / "data").c_str());
   const rlimit none{RLIM_INFINITY, RLIM_INFINITY};
   setrlimit(RLIMIT_FSIZE, &none);
 }
 
 TEST_F(ProcessTest, BadCommandLinesEndWithTwoAndLeaveNothing) {
-  Spawn(
-      {"--listen", "0.0.0.0:0", "--data-dir", folder_ / "data", "--worker", AMHEX_SCRIPTED_WORKER});
+  Spawn({"--listen", "0.0.0.0:0", "--data-dir", folder() / "data", "--worker",
+         AMHEX_SCRIPTED_WORKER});
   EXPECT_EQ(Wait(), 2);
-  Spawn({"--worker", folder_ / "absent", "--data-dir", folder_ / "data"});
+  Spawn({"--worker", folder() / "absent", "--data-dir", folder() / "data"});
   EXPECT_EQ(Wait(), 2);
-  EXPECT_FALSE(ReadWholeFile(folder_ / "data/lock").ok());
+  EXPECT_FALSE(ReadWholeFile(folder() / "data/lock").ok());
 }
 
 }  // namespace
