@@ -43,6 +43,14 @@ double CornerEnergy(double s, const CornerPenalty& penalty) {
   return deficit * deficit + SteadyExp(std::min(exponent, kMaxExponent));
 }
 
+// The 8-norm of deficits from the sum of their eighth powers. Square roots are exact to the bit on
+// every processor.
+double EighthPower(double deficit) {
+  const double square = deficit * deficit;
+  return square * square * (square * square);
+}
+double EighthRoot(double sum) { return std::sqrt(std::sqrt(std::sqrt(sum))); }
+
 double FoldEnergy(double margin) {
   return kFoldWeight * SteadyExp(std::min(-margin / kFoldScale, kMaxFoldExponent)) - margin;
 }
@@ -88,10 +96,13 @@ LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& n
     cell.first_slot = static_cast<uint8_t>(std::countr_zero(moving));
     for (int e = 0; e < cell.pattern->edge_count; ++e) UpdateEdge(e, cell);
     cell.fixed_minimum = 1;
+    cell.fixed_deficits = 0;
     const unsigned moved_corners = cell.pattern->corners_at[cell.first_slot];
     for (int i = 0; i < cell.pattern->corner_count; ++i) {
       if (moved_corners >> i & 1) continue;
-      cell.fixed_minimum = std::min(cell.fixed_minimum, CornerJacobian(i, cell));
+      const double jacobian = CornerJacobian(i, cell);
+      cell.fixed_minimum = std::min(cell.fixed_minimum, jacobian);
+      cell.fixed_deficits += EighthPower(1 - jacobian);
     }
   }
 }
@@ -117,6 +128,7 @@ void LocalCells::MoveTo(const Vec3d& position) {
 }
 
 LocalScore LocalCells::Score() {
+  const bool of_minima = penalty_.kind == EnergyKind::kMinima;
   LocalScore score;
   for (Cell& cell : cells_) {
     const CellPattern& pattern = *cell.pattern;
@@ -124,16 +136,21 @@ LocalScore LocalCells::Score() {
       UpdateEdge(std::countr_zero(edges), cell);
     }
     double minimum = cell.fixed_minimum;
+    double deficits = cell.fixed_deficits;
     for (unsigned corners = pattern.corners_at[cell.first_slot]; corners != 0;
          corners &= corners - 1) {
       const double jacobian = CornerJacobian(std::countr_zero(corners), cell);
       // Written so that not-a-number lowers the minimum too.
       if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
-      score.energy += CornerEnergy(jacobian, penalty_);
+      if (of_minima) {
+        deficits += EighthPower(1 - jacobian);
+      } else {
+        score.energy += CornerEnergy(jacobian, penalty_);
+      }
     }
+    if (of_minima) score.energy += EighthRoot(deficits);
     if (cell.is_near_folding) score.energy += FoldEnergy(FoldMargin(pattern, cell.positions));
     score.minimum = std::min(score.minimum, minimum);
-    score.sum += minimum;
   }
   return score;
 }

@@ -12,18 +12,24 @@
 
 namespace amhex {
 
+enum class EnergyKind : uint8_t {
+  kCorners,  // the sum of every corner's penalty
+  kMinima,   // per cell the 8-norm of its corners' deficits 1 - s: a smooth upper bound of the
+             // deficit of its minimum, so that the sum follows the average of the minima
+};
+
 // Penalty of a scaled Jacobian s: (1 - s)^2 draws every corner towards 1;
 // exp(steepness * (knee - s)) makes those below the knee dominate.
 struct CornerPenalty {
   double knee = 0.25;
   double steepness = 15;
+  EnergyKind kind = EnergyKind::kCorners;  // kMinima looks at neither number
 };
 
 struct LocalScore {
   double minimum = 1;  // least scaled Jacobian of all incident cells
-  double sum = 0;      // of the incident cells' minimum scaled Jacobians
-  double energy = 0;   // smooth penalty of the corners that the vertex moves, and of cells that are
-                       // close to folding
+  double energy = 0;   // smooth penalty of the corners that the vertex moves, or of its cells, and
+                       // of cells that are close to folding
 };
 
 // What a sweep wants to know of every cell before it starts.
@@ -58,7 +64,8 @@ class LocalCells {
     uint8_t moving_slots;  // bit s: slot s is the vertex
     uint8_t first_slot;    // the lowest of them
     bool is_near_folding;
-    double fixed_minimum;  // over the corners that the vertex does not move
+    double fixed_minimum;   // over the corners that the vertex does not move
+    double fixed_deficits;  // sum of their deficits' powers
     std::array<Vec3d, 8> positions;
     std::array<Vec3d, 12> directions;  // of the edges, unit
   };

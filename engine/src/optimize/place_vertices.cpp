@@ -25,10 +25,10 @@ constexpr double kRoundTarget = 0.7;
 
 // Sweeps until hardly anything moves, at most.
 constexpr int kEvenSweeps = 8;
-constexpr int kAverageSweeps = 16;
+constexpr int kAverageSweeps = 40;
 constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.99;
-constexpr CornerPenalty kAveragePenalty = {0.6, 8.0};
+constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
 // Sweeps end when less than this share of the vertices still moves.
 constexpr double kIdleShare = 0.002;
 

@@ -15,7 +15,7 @@ constexpr int kMaxHalvings = 4;
 constexpr size_t kCellsPerBlock = 1024;
 // Gains below these are not worth another sweep of the neighbourhood.
 constexpr double kMinRelativeEnergyGain = 1e-4;
-constexpr double kMinSumGain = 1e-4;
+constexpr double kMinAverageGain = 1e-4;
 
 // The directions in which the vertex may move, an orthonormal set.
 struct FreeAxes {
@@ -45,7 +45,7 @@ bool IsGain(const LocalScore& before, const LocalScore& after, QualityAim aim) {
   if (aim == QualityAim::kMinimum) {
     return after.energy < before.energy * (1 - kMinRelativeEnergyGain);
   }
-  return after.sum > before.sum + kMinSumGain;
+  return after.energy < before.energy - kMinAverageGain;
 }
 
 // Line search along the falling energy. Returns true if the vertex moved.

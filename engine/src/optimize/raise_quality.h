@@ -12,7 +12,7 @@ namespace amhex {
 
 enum class QualityAim : uint8_t {
   kMinimum,  // lower the penalty that the worst corners dominate
-  kAverage,  // raise the sum of the cells' minima
+  kAverage,  // raise the average of the cells' minima, with a penalty of EnergyKind::kMinima
 };
 
 struct SweepRules {

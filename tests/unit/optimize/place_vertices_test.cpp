@@ -148,7 +148,10 @@ TEST(SweepQuality, NeverLowersTheMinimum) {
     SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
     QualitySummary before = SummarizeQuality(complex);
     for (int sweep = 0; sweep < 6; ++sweep) {
-      ASSERT_TRUE(SweepQuality(placement, {aim, 1.1, 1.0}, memory, run).ok());
+      const CornerPenalty penalty = aim == QualityAim::kAverage
+                                        ? CornerPenalty{.kind = EnergyKind::kMinima}
+                                        : CornerPenalty{};
+      ASSERT_TRUE(SweepQuality(placement, {aim, 1.1, 1.0, penalty}, memory, run).ok());
       const QualitySummary after = SummarizeQuality(complex);
       EXPECT_GE(after.minimum, before.minimum - 1e-12);
       if (aim == QualityAim::kAverage) {
@@ -175,7 +178,10 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   ASSERT_LT(LargestOffset(placement), 1e-9);
   const std::vector<Vec3d> start = complex.vertices;
   for (int sweep = 0; sweep < 5; ++sweep) {
-    ASSERT_TRUE(SweepQuality(placement, {QualityAim::kAverage, 1.1, 0.5}, memory, run).ok());
+    ASSERT_TRUE(SweepQuality(placement,
+                             {QualityAim::kAverage, 1.1, 0.5, {.kind = EnergyKind::kMinima}},
+                             memory, run)
+                    .ok());
   }
   int moved = 0;
   for (size_t v = 0; v < start.size(); ++v) {
