@@ -9,6 +9,11 @@
 namespace amhex {
 
 absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull) {
+  return JudgeReassembled(std::move(mesh), hull, OverlapReport());
+}
+
+absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& hull,
+                                               const OverlapReport& given) {
   if (mesh.corners.empty()) {
     return absl::InvalidArgumentError(
         "the solid is too thin for a cell of the wanted edge length anywhere; ask for more cells");
@@ -16,12 +21,19 @@ absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull) {
   MeshingResult result;
   result.mesh = std::move(mesh);
   const ValidationReport report = ValidateMesh(result.mesh);
-  if (!report.valid()) {
+  const bool is_as_given = given.Any() && report.OnlyOverlaps();
+  if (!report.valid() && !is_as_given) {
     return absl::InternalError(
         absl::StrCat("no valid mesh was found: ", report.Summary(), "; try another cell count"));
   }
   result.statistics = MeasureMesh(result.mesh, hull);
   result.warnings = hull.warnings;
+  if (is_as_given) {
+    result.warnings.push_back(
+        absl::StrCat("the volume mesh covers places twice, which was kept as given: at ",
+                     report.overlap.overlapped_cells, " cells, ", report.overlap.overlapped_faces,
+                     " faces and ", report.overlap.overlapped_edges, " edges of its boundary"));
+  }
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include "absl/status/statusor.h"
 #include "amhex/mesher.h"
 #include "input/hull.h"
+#include "output/boundary_overlap.h"
 
 namespace amhex {
 
@@ -11,5 +12,10 @@ namespace amhex {
 // law, which is checked by code that knows nothing of how the mesh was made; INVALID_ARGUMENT if
 // the solid held no cell at all.
 absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull);
+
+// The same for a mesh of cells that were given. Where those cover a place twice themselves, so may
+// the mesh; a warning tells how many of its samples do.
+absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& hull,
+                                               const OverlapReport& given);
 
 }  // namespace amhex

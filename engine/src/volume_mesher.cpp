@@ -45,7 +45,7 @@ absl::StatusOr<BrokenVolume> CheckAndBreak(const VolumeMesh& volume, const Guida
   AMHEX_RETURN_IF_ERROR(CheckInput(volume));
   AMHEX_RETURN_IF_ERROR(RefuseWhatCannotBeHad(guidance, params));
   AMHEX_RETURN_IF_ERROR(CheckMemory(volume, params));
-  return BreakDownToLaw(volume, run);
+  return BreakDown(volume, run);
 }
 
 absl::Status PassOver(Stage stage, RunContext& run) {
@@ -94,7 +94,8 @@ absl::StatusOr<MeshingResult> MeshVolume(const VolumeMesh& volume, const Guidanc
                          }));
   AMHEX_RETURN_IF_ERROR(PassOver(Stage::kPlaceVertices, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
-                           return Judge(FinalizeReassembled(closed, broken, hull.frame), hull);
+                           return JudgeReassembled(FinalizeReassembled(closed, broken, hull.frame),
+                                                   hull, OwnOverlap(broken));
                          }));
   result.stages = run.stage_reports();
   result.effective_params = params;

@@ -101,7 +101,7 @@ void CheckAnyInput(const uint8_t* data, size_t size) {
   ExpectReasonable(EstimateCost(input.hull, {}).status());
   if (const auto* volume = std::get_if<VolumeMesh>(&input.hull); volume && verdict.ok()) {
     RunContext run;
-    ExpectReasonable(BreakDown(*volume, {}, run).status());
+    ExpectReasonable(BreakDown(*volume, run).status());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -131,6 +132,39 @@ TEST(VolumeMesh, AQuadAgainstTwoTrianglesIsClosed) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
   EXPECT_GE(result->statistics.cells_by_type[8], 7);
+}
+
+// n^3 hexahedra, n even, with a slit between four of them at the top, so deep as to cross itself.
+VolumeMesh SlitThatCrosses(int n) {
+  VolumeMesh mesh = fixtures::MakeHexahedra(n);
+  const int half = n / 2;
+  const int32_t left = fixtures::GridCell(n, half - 1, half - 1, n - 1)[6];
+  const auto right = static_cast<int32_t>(mesh.vertices.size());
+  mesh.vertices.push_back(mesh.vertices[static_cast<size_t>(left)] - Vec3d{0.2, 0, 0});
+  mesh.vertices[static_cast<size_t>(left)] += Vec3d{0.2, 0, 0};
+  for (const int y : {half - 1, half}) {
+    const auto cell = mesh.corners.begin() + 24 * (((n - 1) * n + y) * n + half);
+    std::replace(cell, cell + 24, left, right);
+  }
+  return mesh;
+}
+
+TEST(VolumeMesh, AFewWallsThatCrossAreKeptAsGivenAndToldOf) {
+  const VolumeMesh volume = SlitThatCrosses(12);
+  for (const VolumeUse use : {VolumeUse::kReassemble, VolumeUse::kSubdivide}) {
+    const auto result = MeshVolume(volume, use);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    const int64_t pieces = use == VolumeUse::kSubdivide ? 8 : 1;
+    EXPECT_EQ(result->statistics.cells_by_type[8], pieces * 12 * 12 * 12);
+    EXPECT_EQ(result->statistics.cell_count, pieces * 12 * 12 * 12);
+    ASSERT_EQ(result->warnings.size(), 1u);
+    EXPECT_THAT(result->warnings[0], HasSubstr("covers places twice"));
+  }
+}
+
+TEST(VolumeMesh, ASolidThatMostlyCrossesItselfIsRefused) {
+  EXPECT_THAT(ErrorOf(SlitThatCrosses(2)), HasSubstr("does not bound a solid"));
 }
 
 TEST(VolumeMesh, ScaleAndPlaceDoNotMatter) {

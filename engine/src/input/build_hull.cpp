@@ -191,7 +191,7 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   AMHEX_RETURN_IF_ERROR(Validate(params));
   AMHEX_RETURN_IF_ERROR(CheckInput(input));
   if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
-    AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, {}, run));
+    AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, run));
     return BuildHull(BoundaryOf(broken), params, run);
   }
   const Frame unit = UnitFrame(BoxOf(input));

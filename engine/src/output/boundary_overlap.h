@@ -24,6 +24,8 @@ struct OverlapReport {
   int64_t edge_samples = 0;
   int64_t overlapped_edges = 0;  // samples covered just outside of a boundary edge
   double worst_cell_winding_error = 0;
+
+  bool Any() const { return overlapped_cells + overlapped_faces + overlapped_edges > 0; }
 };
 
 // Requires a closed manifold boundary. At most ~20,000 cells and ~200,000 boundary faces and edges

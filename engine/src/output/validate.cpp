@@ -131,6 +131,12 @@ bool ValidationReport::valid() const {
   return std::all_of(faults.begin(), faults.end(), [](const NamedCount& f) { return !f.count; });
 }
 
+bool ValidationReport::OnlyOverlaps() const {
+  ValidationReport others = *this;
+  others.overlap = OverlapReport();
+  return others.valid() && !valid();
+}
+
 std::string ValidationReport::Summary() const {
   if (cell_count == 0) return "invalid: the mesh has no cells";
   if (valid()) {

@@ -50,6 +50,8 @@ struct ValidationReport {
   double volume_mismatch = 0;  // |boundary's volume - cells' volume| / cells' volume
 
   bool valid() const;
+  // True if places covered twice are the only faults, and there are such.
+  bool OnlyOverlaps() const;
   // "valid: 8685 cells ..." or "invalid: " and every fault with its count, in one line.
   std::string Summary() const;
 };

@@ -38,21 +38,9 @@ bool IsLawful(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
   return measures.volume > 0 && measures.min_scaled_jacobian > 0 && measures.min_map_jacobian > 0;
 }
 
-// Cells that were broken so badly that closure must fill their place are not held against it.
-bool ObeysLaw(const BrokenVolume& volume) {
-  CellComplex complex;
-  complex.vertices = volume.vertices;
-  complex.cells = volume.cells;
-  const ValidationReport report = ValidateMesh(FinalizeMesh(complex, Frame()));
-  return report.valid() || volume.hollow_count > 0;
-}
-
 class Breaker {
  public:
-  Breaker(const VolumeMesh& mesh, const std::vector<uint8_t>& may_not_fold)
-      : mesh_(mesh), may_not_fold_(may_not_fold) {
-    result_.vertices = mesh.vertices;
-  }
+  explicit Breaker(const VolumeMesh& mesh) : mesh_(mesh) { result_.vertices = mesh.vertices; }
 
   absl::Status BreakCells(const RunContext& run) {
     Offenders unclosed;
@@ -116,20 +104,11 @@ class Breaker {
     for (const Polygon& face : faces) CutPolygon(face, &faces_);
     cell_of_face_.resize(faces_.size(), cell);
     const std::optional<CellCorners> corners = CellOfFaces(faces);
-    if (corners.has_value() && IsGoodEnough(*corners)) {
+    if (corners.has_value() && IsLawful(*corners, result_.vertices)) {
       result_.cells.push_back(*corners);
     } else {
       BreakCell(first, AverageOf(faces, mesh_.vertices));
     }
-  }
-
-  bool IsGoodEnough(const CellCorners& corners) const {
-    int flagged = 0;
-    for (const int32_t v : VerticesOf(corners)) {
-      flagged += !may_not_fold_.empty() && may_not_fold_[static_cast<size_t>(v)] != 0;
-    }
-    if (flagged >= 3 && !(CellQuality(corners, result_.vertices) > 0)) return false;
-    return IsLawful(corners, result_.vertices);
   }
 
   // One piece per face around `centre`, if all of them are valid.
@@ -174,7 +153,6 @@ class Breaker {
   }
 
   const VolumeMesh& mesh_;
-  const std::vector<uint8_t>& may_not_fold_;
   BrokenVolume result_;
   size_t next_face_ = 0, next_corner_ = 0;
   std::vector<CellFace> faces_;  // outward, of all cells, larger polygons cut
@@ -183,24 +161,19 @@ class Breaker {
 
 }  // namespace
 
-absl::StatusOr<BrokenVolume> BreakDown(const VolumeMesh& mesh,
-                                       const std::vector<uint8_t>& may_not_fold,
-                                       const RunContext& run) {
-  Breaker breaker(mesh, may_not_fold);
+absl::StatusOr<BrokenVolume> BreakDown(const VolumeMesh& mesh, const RunContext& run) {
+  Breaker breaker(mesh);
   AMHEX_RETURN_IF_ERROR(breaker.BreakCells(run));
   return std::move(breaker).FindBoundary();
 }
 
-absl::StatusOr<BrokenVolume> BreakDownToLaw(const VolumeMesh& mesh, const RunContext& run) {
-  AMHEX_ASSIGN_OR_RETURN(BrokenVolume broken, BreakDown(mesh, {}, run));
-  if (ObeysLaw(broken)) return broken;
-  std::vector<uint8_t> at_hull(mesh.vertices.size(), 0);
-  for (const CellFace& face : broken.boundary) {
-    for (int i = 0; i < face.count; ++i) at_hull[static_cast<size_t>(face.v[i])] = 1;
-  }
-  AMHEX_ASSIGN_OR_RETURN(broken, BreakDown(mesh, at_hull, run));
-  if (ObeysLaw(broken)) return broken;
-  return BreakDown(mesh, std::vector<uint8_t>(mesh.vertices.size(), 1), run);
+OverlapReport OwnOverlap(const BrokenVolume& volume) {
+  if (volume.hollow_count > 0) return {};
+  CellComplex complex;
+  complex.vertices = volume.vertices;
+  complex.cells = volume.cells;
+  const ValidationReport report = ValidateMesh(FinalizeMesh(complex, Frame()));
+  return report.OnlyOverlaps() ? report.overlap : OverlapReport();
 }
 
 TriangleMesh BoundaryOf(const BrokenVolume& volume) {

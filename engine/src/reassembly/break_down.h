@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "amhex/input_hull.h"
 #include "amhex/run_context.h"
+#include "output/boundary_overlap.h"
 #include "topology/primitives.h"
 
 namespace amhex {
@@ -28,16 +29,13 @@ struct BrokenVolume {
 // INVALID_ARGUMENT (first offender and count) for cells whose faces do not close, and for faces
 // that two cells claim from the same side. `mesh` must have passed CheckInput. O(n log n).
 //
-// A lawful cell can still fold a face, which only matters where another part of the mesh lies
-// behind it. Cells with three vertices flagged in `may_not_fold` ([vertex_count], or empty for
-// none) must not.
-absl::StatusOr<BrokenVolume> BreakDown(const VolumeMesh& mesh,
-                                       const std::vector<uint8_t>& may_not_fold,
-                                       const RunContext& run);
+// Every lawful cell is kept, also where the solid's own boundary folds back over the solid or two
+// of its parts overlap: each cell is as the user made it, and taking some away would not say which
+// is the wrong one.
+absl::StatusOr<BrokenVolume> BreakDown(const VolumeMesh& mesh, const RunContext& run);
 
-// The same with as few cells broken as the law permits the whole mesh: first none for a fold, then
-// those at the hull, then all.
-absl::StatusOr<BrokenVolume> BreakDownToLaw(const VolumeMesh& mesh, const RunContext& run);
+// Places that the cells cover twice as they were given; none if anything else is wrong with them.
+OverlapReport OwnOverlap(const BrokenVolume& volume);
 
 // The boundary as triangles over the same vertices; unused ones are left out.
 TriangleMesh BoundaryOf(const BrokenVolume& volume);
