@@ -236,7 +236,7 @@ std::string MeasureTransfer(const std::string& name, const std::string& address,
 }
 
 int Main(size_t blob_bytes) {
-  SetUpLogging("error").IgnoreError();
+  SetUpLogging("error", "text").IgnoreError();
   TemporaryFolder folder;
   TestAuthority authority;
   const PemPair pair = authority.Sign("localhost");
