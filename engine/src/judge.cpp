@@ -1,9 +1,11 @@
 #include "judge.h"
 
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "output/mesh_statistics.h"
+#include "output/missed_places.h"
 #include "output/validate.h"
 
 namespace amhex {
@@ -28,6 +30,10 @@ absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& 
   }
   result.statistics = MeasureMesh(result.mesh, hull);
   result.warnings = hull.warnings;
+  if (result.statistics.distance_exceeds_cell) {
+    std::string missed = DescribeMissedPlaces(FindMissedPlaces(result.mesh, hull));
+    if (!missed.empty()) result.warnings.push_back(std::move(missed));
+  }
   if (is_as_given) {
     result.warnings.push_back(
         absl::StrCat("the volume mesh covers places twice, which was kept as given: at ",

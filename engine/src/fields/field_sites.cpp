@@ -10,6 +10,7 @@
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
 #include "fields/size_field.h"
+#include "fields/thin_walls.h"
 
 namespace amhex {
 namespace {
@@ -48,6 +49,7 @@ absl::StatusOr<Sites> PopulateFromFields(const Hull& hull, const HullSamples& sa
   absl::StatusOr<LatticeForm> form = SolveLatticeForm(
       *grid, *frames, *sizes, codes, lattice_settings, ProgressSlice(run, kSizeDone, kLatticeDone));
   if (!form.ok()) return form.status();
+  FitThinWalls(hull, *grid, codes, run, &*form);
 
   absl::StatusOr<std::vector<Vec3d>> positions = SolvePhaseField(
       *grid, codes, *form, PhaseSettings{}, ProgressSlice(run, kLatticeDone, kPhaseDone));

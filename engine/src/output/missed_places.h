@@ -1,0 +1,28 @@
+// Where a mesh leaves out some of the input: walls too thin for any cell, tips, small pieces.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "amhex/vec3.h"
+#include "amhex/volume_mesh.h"
+#include "input/hull.h"
+
+namespace amhex {
+
+// A connected part of the input's surface farther than an edge length from the mesh. User's units.
+struct MissedPlace {
+  Vec3d farthest;       // the input's point that is farthest from the mesh
+  double distance = 0;  // from there to the mesh
+  Box3d box;            // of the whole part
+};
+
+// All of them, the farthest first; empty where the mesh follows its input. Surface samples as for
+// the statistics' distances. O(n log n).
+std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull);
+
+// One line that names the first few with their places; empty for none.
+std::string DescribeMissedPlaces(const std::vector<MissedPlace>& places);
+
+}  // namespace amhex

@@ -1,0 +1,116 @@
+// Walls about as thick as a cell, thinner ones, and what is said of those that are lost.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "amhex/mesher.h"
+#include "fixtures/solids.h"
+#include "support/mesh_invariants.h"
+
+namespace amhex {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing_support::BrokenLaws;
+using testing_support::MeasureBoundary;
+using testing_support::TotalVolume;
+
+absl::StatusOr<MeshingResult> MeshWithEdgesOfOne(const TriangleMesh& solid) {
+  MeshingParams params;
+  params.sizing.edge_length = 1;
+  params.run.backend = Backend::kCpu;
+  RunContext run;
+  return Mesh(InputHull(solid), params, run);
+}
+
+// Turned about two axes, so that no side lies along the grid of any field.
+TriangleMesh Turned(TriangleMesh mesh) {
+  const auto turn = [](double* a, double* b, double angle) {
+    const double x = *a, y = *b;
+    *a = std::cos(angle) * x - std::sin(angle) * y;
+    *b = std::sin(angle) * x + std::cos(angle) * y;
+  };
+  for (Vec3d& p : mesh.vertices) turn(&p.x, &p.z, 0.5), turn(&p.y, &p.z, 0.3);
+  return mesh;
+}
+
+// A block 4 x 6 x 4 with a fin 4 x 6 x `thickness` at its foot.
+TriangleMesh BlockWithFin(double thickness) {
+  constexpr int kCorners = 7;
+  const double outline[kCorners][2] = {{0, 0},         {4, 0}, {8, 0}, {8, thickness},
+                                       {4, thickness}, {4, 4}, {0, 4}};
+  constexpr int kInside[kCorners - 2][3] = {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}, {0, 5, 6}};
+  TriangleMesh mesh;
+  for (const double y : {0.0, 6.0}) {
+    for (const auto& [x, z] : outline) mesh.vertices.push_back({x, y, z});
+  }
+  for (int i = 0; i < kCorners; ++i) {
+    const int j = (i + 1) % kCorners;
+    mesh.triangles.push_back({i, j + kCorners, j});
+    mesh.triangles.push_back({i, i + kCorners, j + kCorners});
+  }
+  for (const auto& t : kInside) {
+    mesh.triangles.push_back({t[0], t[1], t[2]});
+    mesh.triangles.push_back({t[0] + kCorners, t[2] + kCorners, t[1] + kCorners});
+  }
+  return mesh;
+}
+
+TEST(ThinParts, APlateKeepsOneLayerOfHexahedra) {
+  for (const double thickness : {1.0, 0.9, 0.7, 0.55}) {
+    SCOPED_TRACE(thickness);
+    const TriangleMesh plate = fixtures::MakeBox({8, 7, thickness}, 0.5);
+    for (const TriangleMesh& solid : {plate, Turned(plate)}) {
+      const auto result = MeshWithEdgesOfOne(solid);
+      ASSERT_TRUE(result.ok()) << result.status();
+      EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+      EXPECT_EQ(result->statistics.cells_by_type[8], 56);
+      EXPECT_EQ(result->statistics.cell_count, 56);
+      EXPECT_NEAR(TotalVolume(result->mesh), 56 * thickness, 0.01);
+      EXPECT_THAT(result->warnings, IsEmpty());
+    }
+  }
+}
+
+TEST(ThinParts, TheWallOfATubeKeepsOneLayer) {
+  const TriangleMesh tube = fixtures::Joined(fixtures::MakeTorus(6, 2.5, 0.4),
+                                             fixtures::Flipped(fixtures::MakeTorus(6, 1.8, 0.4)));
+  const auto result = MeshWithEdgesOfOne(tube);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_NEAR(TotalVolume(result->mesh), result->statistics.hull_volume,
+              0.05 * result->statistics.hull_volume);
+  EXPECT_EQ(MeasureBoundary(result->mesh).component_count, 2);
+}
+
+TEST(ThinParts, AFinOnABlockKeepsOneLayer) {
+  const auto result = MeshWithEdgesOfOne(BlockWithFin(0.7));
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_NEAR(TotalVolume(result->mesh), 96 + 24 * 0.7, 0.1);
+  EXPECT_THAT(result->warnings, IsEmpty());
+}
+
+TEST(ThinParts, AFinThatIsLostIsToldWithItsPlace) {
+  const auto result = MeshWithEdgesOfOne(BlockWithFin(0.1));
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_TRUE(result->statistics.distance_exceeds_cell);
+  ASSERT_EQ(result->warnings.size(), 1u);
+  EXPECT_THAT(result->warnings[0], HasSubstr("farther than an edge length from the mesh"));
+  // The fin's end is four edge lengths away from the block.
+  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 1; up to 3.9"));
+  EXPECT_THAT(result->warnings[0], HasSubstr("at (8, "));
+}
+
+TEST(ThinParts, APlateTooThinForAnyCellIsTheInputsFault) {
+  const auto result = MeshWithEdgesOfOne(fixtures::MakeBox({8, 7, 0.15}, 0.5));
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << result.status();
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("thin"));
+}
+
+}  // namespace
+}  // namespace amhex
