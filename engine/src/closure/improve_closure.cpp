@@ -32,8 +32,7 @@ class Improver {
   }
 
   // Worst first.
-  int Repair(double quality, int depth) {
-    int replacements = 0;
+  void Repair(double quality, int depth) {
     std::vector<std::pair<double, int>> poor;
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
       if (!mesh_.alive(cell)) continue;
@@ -46,9 +45,8 @@ class Improver {
     limits_.min_seed_depth = GrowthLimits{}.min_seed_depth;
     for (const auto& [q, cell] : poor) {
       if (run_.ShouldStop()) break;
-      if (mesh_.alive(cell) && RepairCell(cell, q)) ++replacements;
+      if (mesh_.alive(cell)) RepairCell(cell, q);
     }
-    return replacements;
   }
 
   void JoinStars() {
@@ -107,7 +105,7 @@ class Improver {
     }
   }
 
-  bool RepairCell(int cell, double quality) {
+  void RepairCell(int cell, double quality) {
     std::vector<Region> seeds(1);
     seeds[0].cells = {cell};
     for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
@@ -119,9 +117,8 @@ class Improver {
     const double cost_to_beat = QualityPenalty(quality) - kMinRepairGain;
     const auto filling = GrowStar(mesh_, hull_, no_cavities_, kRepairWeights, limits_,
                                   std::move(seeds), cost_to_beat);
-    if (!filling || filling->quality <= quality) return false;
+    if (!filling || filling->quality <= quality) return;
     Apply(*filling);
-    return true;
   }
 
   // Pairs of apexes whose stars share faces, those that share most first.
@@ -188,12 +185,12 @@ absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hu
   return improver.Result();
 }
 
-absl::StatusOr<Repaired> RepairCells(const CellComplex& complex, const Hull& hull, double quality,
-                                     int depth, RunContext& run) {
+absl::StatusOr<CellComplex> RepairCells(const CellComplex& complex, const Hull& hull,
+                                        double quality, int depth, RunContext& run) {
   Improver improver(complex, hull, run);
-  const int replacements = improver.Repair(quality, depth);
+  improver.Repair(quality, depth);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
-  return Repaired{improver.Result(), replacements};
+  return improver.Result();
 }
 
 }  // namespace amhex

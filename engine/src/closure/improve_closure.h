@@ -14,14 +14,9 @@ namespace amhex {
 absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hull,
                                       RunContext& run);
 
-struct Repaired {
-  CellComplex complex;
-  int replacements = 0;
-};
-
 // Replaces cells below `quality`, worst first, absorbing up to `depth` neighbours each. A closed
 // complex stays closed. Errors: CANCELLED, DEADLINE_EXCEEDED.
-absl::StatusOr<Repaired> RepairCells(const CellComplex& complex, const Hull& hull, double quality,
-                                     int depth, RunContext& run);
+absl::StatusOr<CellComplex> RepairCells(const CellComplex& complex, const Hull& hull,
+                                        double quality, int depth, RunContext& run);
 
 }  // namespace amhex

@@ -63,7 +63,8 @@ class Placer {
   }
 
   absl::Status Run(PlacementEffort effort) {
-    absl::Status status = ReachHull();
+    absl::Status status;
+    if (effort != PlacementEffort::kRaise) status = ReachHull();
     if (!status.ok()) return status;
     status = RaiseMinimum(effort);
     if (!status.ok()) return status;
@@ -104,8 +105,8 @@ class Placer {
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
     for (const LevelShape& shape : kLevelShapes) {
-      const bool best = effort == PlacementEffort::kBest;
-      if (status.ok()) status = RaiseLevels(shape, best ? shape.max_levels : kValidLevels);
+      const bool quick = effort == PlacementEffort::kValid;
+      if (status.ok()) status = RaiseLevels(shape, quick ? kValidLevels : shape.max_levels);
     }
     return status;
   }

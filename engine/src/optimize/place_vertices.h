@@ -15,6 +15,7 @@ namespace amhex {
 enum class PlacementEffort : uint8_t {
   kValid,  // onto the hull, and the worst cells raised: between changes of the cells
   kBest,   // and the average raised: at the end
+  kRaise,  // the average raised, and nothing drawn to the hull: placed already, cells unchanged
 };
 
 // Hull vertices go to the hull: those whose faces lie on two patches to the crease between them,

@@ -200,7 +200,7 @@ TEST(RepairCells, NeverLeavesAClosedComplexOpen) {
   EXPECT_LE(joined->cells.size(), closed->cells.size());
   const auto repaired = RepairCells(*joined, hull, 0.3, 4, run);
   ASSERT_TRUE(repaired.ok());
-  EXPECT_TRUE(WorkingMesh(repaired->complex).OpenFaces().empty());
+  EXPECT_TRUE(WorkingMesh(*repaired).OpenFaces().empty());
 }
 
 }  // namespace

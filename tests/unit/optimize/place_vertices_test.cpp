@@ -103,6 +103,30 @@ TEST(PlaceVertices, PutsACubeOfHexahedraOntoASphere) {
   EXPECT_GT(statistics.min_scaled_jacobian, 0.3);
 }
 
+TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHull) {
+  // A grid inside a larger box: placing would stretch it to the walls.
+  const GridSize n{5, 5, 5};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.25);
+  for (Vec3d& p : complex.vertices) p = p + Vec3d{0.5, 0.5, 0.5};
+  const Hull hull = BoxHull({6, 6, 6});
+  const QualitySummary before = SummarizeQuality(complex);
+  RunContext run;
+  const auto raised = PlaceVertices(complex, hull, MeshingParams{}, run, PlacementEffort::kRaise);
+  ASSERT_TRUE(raised.ok());
+  const QualitySummary after = SummarizeQuality(*raised);
+  EXPECT_GE(after.minimum, before.minimum - 1e-12);
+  EXPECT_GT(after.average, before.average + 0.1);
+  double nearest = 1;
+  for (const Vec3d& p : raised->vertices) {
+    for (const double coordinate : {p.x, p.y, p.z}) nearest = std::min(nearest, coordinate);
+  }
+  EXPECT_GT(nearest, 0.1);
+  const CellComplex placed = Placed(complex, hull);
+  for (const Vec3d& p : placed.vertices) nearest = std::min({nearest, p.x, p.y, p.z});
+  EXPECT_LT(nearest, 1e-6);
+}
+
 TEST(PlaceVertices, StopsWhenAsked) {
   const GridSize n{4, 4, 4};
   RunContext run;
