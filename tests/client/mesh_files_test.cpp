@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "cells/mesh_check.h"
@@ -44,6 +45,21 @@ TEST(Vtu, GivesBackTheFactsWithAnyCharacters) {
   EXPECT_EQ(read->facts[0].name, "statistics.cell_count");
   EXPECT_EQ(std::get<double>(read->facts[0].value), 6.0);
   EXPECT_EQ(std::get<std::string>(read->facts[1].value), "cpu <&> 2");
+}
+
+TEST(Vtu, GivesBackDistancesAndWhereThereAreNone) {
+  MeshDocument document = Document();
+  EXPECT_TRUE(ReadVtu(FormatVtu(document))->distances.empty());
+  document.distances = {0.5F, std::nanf(""), 0, 1e-9F, std::nanf(""), 7};
+  const auto read = ReadVtu(FormatVtu(document));
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->distances.size(), document.distances.size());
+  for (size_t cell = 0; cell < document.distances.size(); ++cell) {
+    EXPECT_EQ(std::isnan(read->distances[cell]), std::isnan(document.distances[cell]));
+    if (!std::isnan(document.distances[cell])) {
+      EXPECT_EQ(read->distances[cell], document.distances[cell]);
+    }
+  }
 }
 
 TEST(Vtu, GivesBackMeshesOfManyBlocks) {

@@ -20,6 +20,8 @@ SKIPPED = 77
 FLAGS = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
          "--enable-unsafe-swiftshader", "--window-size=1280,900", "--virtual-time-budget=60000",
          "--host-resolver-rules=MAP * ~NOTFOUND"]
+# Without a window there are no frames to animate: what is to be drawn is drawn next.
+FRAMES = "<script>window.requestAnimationFrame = callback => setTimeout(() => callback(performance.now()), 0);</script>"
 # Works every control as a user would, through events on the elements, and notes the outcome.
 DRIVER = """
 <script>
@@ -31,6 +33,17 @@ DRIVER = """
     const data = document.body.dataset;
     log.push({name, ready: data.ready, shown: Number(data.shown), triangles: Number(data.triangles),
       failure: element("failure").textContent});
+  };
+  // The mean colour of what is drawn, once it is.
+  const meanColour = async () => {
+    await new Promise(done => setTimeout(done, 50));
+    const source = element("canvas"), copy = document.createElement("canvas");
+    [copy.width, copy.height] = [source.width, source.height];
+    const context = copy.getContext("2d");
+    context.drawImage(source, 0, 0);
+    const pixels = context.getImageData(0, 0, copy.width, copy.height).data, sums = [0, 0, 0];
+    for (let i = 0; i < pixels.length; ++i) if (i % 4 < 3) sums[i % 4] += pixels[i];
+    return sums.map(sum => (sum / (pixels.length / 4)).toFixed(2)).join(" ");
   };
   const set = (id, value) => {
     const target = element(id);
@@ -48,8 +61,12 @@ DRIVER = """
     element("only-other").click(); note("not hexahedra");
     element("all-cells").click(); element("only-worst").click(); note("worst");
     element("all-cells").click(); set("type-hexahedron", false); note("without hexahedra"); set("type-hexahedron", true);
-    set("colour", "quality"); note("coloured by quality");
-    set("colour", "layer"); note("coloured by layer");
+    for (const colour of ["type", "quality", "layer", "distance"]) {
+      set("colour", colour);
+      note("coloured by " + colour);
+      note(`mean colour ${colour} ` + await meanColour());
+    }
+    note("scale " + element("scale").textContent);
     set("ghost", true); set("edges", false); note("glass without edges");
     const frame = element("canvas").getBoundingClientRect();
     // Somewhere on a grid of points there is the mesh, whatever its shape.
@@ -119,7 +136,7 @@ def coloured_share(path):
 def drive(page, folder):
     """Runs DRIVER in the page; its notes by name."""
     driven = folder / f"{page.stem}_driven.html"
-    driven.write_text(page.read_text().replace("</body>", DRIVER + "</body>"))
+    driven.write_text(page.read_text().replace("<head>", "<head>" + FRAMES).replace("</body>", DRIVER + "</body>"))
     answer = chromium("--dump-dom", driven.as_uri())
     found = re.search(r'<pre id="driver-result">(.*?)</pre>', answer.stdout, re.S)
     if not found:
@@ -156,9 +173,14 @@ def test_controls(notes, cells):
     hexahedra = int(next(name for name in notes if name.startswith("hexahedra ")).split()[1])
     check("types are counted", count("not hexahedra") == cells - hexahedra)
     check("the worst cells are few", cells * 0.009 <= count("worst") < cells * 0.2, count("worst"))
-    check("colouring hides nothing", count("coloured by quality") == count("coloured by layer") == cells)
+    colours = ("type", "quality", "layer", "distance")
+    check("colouring hides nothing", all(count(f"coloured by {colour}") == cells for colour in colours))
+    means = {name.split(" ", 3)[3] for name in notes if name.startswith("mean colour ")}
+    check("each colouring looks different", len(means) == len(colours) and "255.00 255.00 255.00" not in means, means)
+    scale = next(name for name in notes if name.startswith("scale "))
+    check("distances have their scale", re.fullmatch(r"scale 0[0-9.e-]*[1-9][0-9]* and morenot measured", scale), scale)
     check("a click names a cell", any(re.match(r"picked cell \d+", name) for name in notes), list(notes))
-    check("there are diagrams", int(next(name for name in notes if name.startswith("charts ")).split()[1]) >= 6)
+    check("there are diagrams", int(next(name for name in notes if name.startswith("charts ")).split()[1]) >= 8)
 
 
 def main():
@@ -168,7 +190,8 @@ def main():
         sys.exit(SKIPPED)
     folder.mkdir(parents=True, exist_ok=True)
     page, shot = folder / "report.html", folder / "report.png"
-    subprocess.run([amhex, "report", mesh, "-o", page], check=True)
+    scan = pathlib.Path(mesh).with_suffix(".drc")
+    subprocess.run([amhex, "report", mesh, "-o", page, "--input", scan], check=True)
     text = page.read_text()
     check("the page names no other file", not re.search(r'(src|href)\s*=\s*["\'](?!data:)', text[:text.index("<script>")]))
     cells = int(re.search(r'"cellCount":(\d+)', text).group(1))
@@ -180,6 +203,9 @@ def main():
     chromium(f"--screenshot={shot}", page.as_uri())
     share = coloured_share(shot)
     check("the screenshot shows the mesh", 0.05 < share < 0.95, share)
+    far = folder / "report_distance.png"
+    chromium(f"--screenshot={far}", page.as_uri() + "#colour=distance&cut-axis=none")
+    check("so does one of its distances", 0.05 < coloured_share(far) < 0.95 and far.read_bytes() != shot.read_bytes())
     block(folder / "large.mesh", 59)
     large = folder / "large.html"
     subprocess.run([amhex, "report", folder / "large.mesh", "-o", large], check=True)

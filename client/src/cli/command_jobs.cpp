@@ -132,6 +132,7 @@ void AddFetchCommand(CLI::App* app, int* exit_code) {
   CLI::App* command = app->add_subcommand("fetch", "Write the mesh of a job that is done");
   command->add_option("job", flags->name, "The job's name")->required();
   AddOutputFlags(command, &flags->outputs);
+  command->add_option("--input", flags->outputs.input, kInputHelp);
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
   command->callback([flags, exit_code] { *exit_code = RunFetch(*flags); });
 }

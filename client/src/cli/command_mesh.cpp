@@ -22,7 +22,7 @@ namespace v1 = amhex::v1;
 
 struct MeshFlags {
   std::string input;
-  bool quiet = false;
+  bool quiet = false, distances = false;
   std::string progress = "auto";
   ServerChoice server;
   ParameterFlags parameters;
@@ -156,6 +156,8 @@ void AddMeshCommand(CLI::App* app, int* exit_code) {
                    "live, plain, events (JSON lines on stdout) or none; auto = live on a terminal")
       ->check(CLI::IsMember({"auto", "live", "plain", "events", "none"}))
       ->capture_default_str();
+  command->add_flag("--distances", flags->distances,
+                    "Measure how far each cell on the hull is from the input; implied by --report");
   command->add_flag("-q,--quiet", flags->quiet, "No progress");
   command->footer(
       "Examples:\n"
@@ -163,6 +165,7 @@ void AddMeshCommand(CLI::App* app, int* exit_code) {
       "  amhex mesh scan.drc --cells 10000 -o scan.vtu --report scan.html --json scan.json\n"
       "  amhex mesh part.obj --edge-length 2.5 --server mesher:50051 -o part.mesh");
   command->callback([flags, command, exit_code] {
+    if (flags->distances || !flags->outputs.report.empty()) flags->outputs.input = flags->input;
     *exit_code = MeshRun(*flags, ParamsFrom(*command, flags->parameters)).Run();
   });
 }

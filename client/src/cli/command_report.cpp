@@ -15,12 +15,14 @@ namespace amhex::client {
 namespace {
 
 struct ReportFlags {
-  std::string mesh, output, title;
+  std::string mesh, output, title, input;
 };
 
 int RunReport(const ReportFlags& flags) {
-  const absl::StatusOr<MeshDocument> document = ReadMeshFile(flags.mesh);
+  absl::StatusOr<MeshDocument> document = ReadMeshFile(flags.mesh);
   if (!document.ok()) return Fail(document.status(), kExitInput);
+  const absl::Status measured = MeasureDistances(flags.input, &*document);
+  if (!measured.ok()) return Fail(measured, kExitInput);
   const std::string title =
       flags.title.empty() ? std::filesystem::path(flags.mesh).filename().string() : flags.title;
   const absl::StatusOr<std::string> page = FormatReportPage(*document, title);
@@ -42,7 +44,11 @@ void AddReportCommand(CLI::App* app, int* exit_code) {
       ->required();
   command->add_option("-o,--output", flags->output, "HTML file")->required();
   command->add_option("--title", flags->title, "Heading; by default the file's name");
-  command->footer("Example:\n  amhex report part.vtu -o part.html");
+  command->add_option("--input", flags->input, kInputHelp);
+  command->footer(
+      "Examples:\n"
+      "  amhex report part.vtu -o part.html\n"
+      "  amhex report part.vtu -o part.html --input part.stl");
   command->callback([flags, exit_code] { *exit_code = RunReport(*flags); });
 }
 

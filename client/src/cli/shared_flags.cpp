@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "cells/solver_ready.h"
 #include "cli/exit_codes.h"
+#include "distance/hull_distance.h"
 #include "formats/hull_writer.h"
 #include "formats/mesh_file.h"
 #include "page/report_page.h"
@@ -237,13 +238,25 @@ std::string DescribeDivision(const MeshDocument& document) {
                          numbers["solver_ready.min_scaled_jacobian"]);
 }
 
+absl::Status MeasureDistances(const std::string& input, MeshDocument* document) {
+  if (input.empty()) return absl::OkStatus();
+  absl::StatusOr<std::vector<float>> distances = DistancesToFile(document->mesh, input);
+  if (!distances.ok()) return distances.status();
+  document->distances = *std::move(distances);
+  return absl::OkStatus();
+}
+
 int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh mesh,
                  const OutputExtras& extras) {
   MeshDocument document{std::move(mesh), FactsOfJob(job)};
   document.facts.insert(document.facts.end(), extras.facts.begin(), extras.facts.end());
   absl::Status status;
   if (flags.solver_ready) status = DivideForSolvers(&document);
-  if (status.ok()) status = WriteMeshFile(document, flags.output);
+  if (!status.ok()) return Fail(status, kExitOutput);
+  if (const absl::Status measured = MeasureDistances(flags.input, &document); !measured.ok()) {
+    return Fail(measured, kExitInput);
+  }
+  status = WriteMeshFile(document, flags.output);
   if (!status.ok()) return Fail(status, kExitOutput);
   if (extras.print_summary) {
     std::printf("%s: %s", flags.output.c_str(), SummaryOf(job).c_str());

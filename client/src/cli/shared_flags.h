@@ -37,6 +37,7 @@ amhex::v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlag
 // -o, --solver-ready, --json, --report, --picture, --cut, --size.
 struct OutputFlags {
   std::string output, json, report, picture, cut, size;
+  std::string input;  // the file that the mesh's distances are measured to; empty = none
   bool solver_ready = false;
 };
 void AddOutputFlags(CLI::App* command, OutputFlags* flags);
@@ -48,6 +49,10 @@ absl::Status DivideForSolvers(MeshDocument* document);
 std::string DescribeDivision(const MeshDocument& document);
 inline constexpr const char* kSolverReadyHelp =
     "Divide hexprisms and slices, so that hexahedra, prisms, pyramids and tetrahedra remain";
+// Fills in how far each cell on the hull is from the input in that file; nothing without a path.
+absl::Status MeasureDistances(const std::string& input, MeshDocument* document);
+inline constexpr const char* kInputHelp =
+    "What was meshed, to measure how far each cell on the hull is from it";
 struct OutputExtras {
   bool print_summary = true;
   std::vector<MeshFact> facts;  // beside those of the job

@@ -39,12 +39,16 @@ std::string TextOf(const MeshFact& fact);
 
 struct MeshDocument {
   AtMostHexaMesh mesh;
-  std::vector<MeshFact> facts;  // .vtu only: field data
+  std::vector<MeshFact> facts = {};  // .vtu only: field data
+  // .vtu only: [cell_count] as measured by distance/hull_distance.h, NaN where there is none; or
+  // empty when it was not measured.
+  std::vector<float> distances = {};
 };
 
 // .vtu: compressed binary. Hexahedra, prisms, pyramids and tetrahedra become VTK_HEXAHEDRON,
 // VTK_WEDGE, VTK_PYRAMID and VTK_TETRA; the other two types VTK_HEXAHEDRON with repeated ids. Cell
-// data: cell_type (the paper's number) and scaled_jacobian. Field data: the facts.
+// data: cell_type (the paper's number), scaled_jacobian and, if known, distance_to_input. Field
+// data: the facts.
 std::string FormatVtu(const MeshDocument& document);
 
 // .mesh: Medit ascii; every cell a hexahedron, with repeated ids where it is less, its reference

@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<double>> Numbers(const Element& array, size_t most_nu
 
 struct Grid {
   int64_t point_count = -1, cell_count = -1;
-  std::vector<double> points, connectivity, offsets, types, quality;
+  std::vector<double> points, connectivity, offsets, types, quality, distances;
 };
 
 absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
@@ -163,6 +163,8 @@ absl::Status ReadArray(const Element& array, Grid* grid) {
     target = &grid->types;
   } else if (name == "scaled_jacobian") {
     target = &grid->quality;
+  } else if (name == "distance_to_input") {
+    target = &grid->distances;
   } else if (grid->points.empty() && array.Get("NumberOfComponents") == "3") {
     target = &grid->points;
     most = 3 * points;
@@ -238,6 +240,10 @@ absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes) {
   }
   if (grid.point_count < 0) return absl::InvalidArgumentError("the file has no piece");
   AMHEX_ASSIGN_OR_RETURN(document.mesh, MeshFrom(grid));
+  if (grid.distances.size() == document.mesh.corners.size()) {
+    for (double distance : grid.distances)
+      document.distances.push_back(static_cast<float>(distance));
+  }
   return document;
 }
 

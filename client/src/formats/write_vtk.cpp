@@ -61,6 +61,10 @@ std::string FormatVtk(const MeshDocument& document) {
   absl::StrAppend(&bytes, "\nCELL_DATA ", mesh.corners.size(),
                   "\nSCALARS scaled_jacobian float 1\nLOOKUP_TABLE default\n");
   for (float quality : mesh.quality) AppendBigEndian(quality, &bytes);
+  if (!document.distances.empty()) {
+    bytes += "\nSCALARS distance_to_input float 1\nLOOKUP_TABLE default\n";
+    for (float distance : document.distances) AppendBigEndian(distance, &bytes);
+  }
   bytes += "\nSCALARS cell_type unsigned_char 1\nLOOKUP_TABLE default\n";
   for (PrimitiveType type : mesh.types) bytes += static_cast<char>(type);
   return bytes + "\n";

@@ -61,13 +61,18 @@ std::string Cells(const AtMostHexaMesh& mesh) {
                       DataArray("UInt8", "types", 1, EncodeVtkNumbers(types)), "</Cells>\n");
 }
 
-std::string CellData(const AtMostHexaMesh& mesh) {
+std::string CellData(const MeshDocument& document) {
+  const AtMostHexaMesh& mesh = document.mesh;
   std::vector<uint8_t> types;
   for (PrimitiveType type : mesh.types) types.push_back(static_cast<uint8_t>(type));
+  std::string distances;
+  if (!document.distances.empty()) {
+    distances = DataArray("Float32", "distance_to_input", 1, EncodeVtkNumbers(document.distances));
+  }
   return absl::StrCat("<CellData Scalars=\"scaled_jacobian\">\n",
                       DataArray("UInt8", "cell_type", 1, EncodeVtkNumbers(types)),
                       DataArray("Float32", "scaled_jacobian", 1, EncodeVtkNumbers(mesh.quality)),
-                      "</CellData>\n");
+                      distances, "</CellData>\n");
 }
 
 }  // namespace
@@ -85,7 +90,7 @@ std::string FormatVtu(const MeshDocument& document) {
   }
   absl::StrAppend(&text, "<Piece NumberOfPoints=\"", mesh.vertices.size(), "\" NumberOfCells=\"",
                   mesh.corners.size(), "\">\n");
-  absl::StrAppend(&text, Points(mesh), Cells(mesh), CellData(mesh));
+  absl::StrAppend(&text, Points(mesh), Cells(mesh), CellData(document));
   return text + "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 }
 

@@ -67,7 +67,7 @@ class Facts {
   std::string Table(const std::string& prefix) const {
     std::vector<std::string> rows;
     for (const MeshFact& fact : facts_) {
-      if (!absl::StartsWith(fact.name, prefix)) continue;
+      if (!absl::StartsWith(fact.name, prefix) || TextOf(fact).empty()) continue;
       const std::string name =
           absl::StrReplaceAll(fact.name.substr(prefix.size()), {{"_", " "}, {".", ": "}});
       rows.push_back(absl::StrCat("[", Quote(name), ",", Quote(TextOf(fact)), "]"));
@@ -128,8 +128,11 @@ std::string Convergence(const Facts& facts) {
   const std::vector<double> iterations = facts.Numbers("convergence.iteration");
   const std::vector<double> movements = facts.Numbers("convergence.movement");
   const char* note = "The file does not say how the relaxation went.";
-  if (facts.NumberOr("parameters.relaxation.iteration_count", -1) == 0) {
-    note = "No iterations were asked for: the sites come from the fields.";
+  const double wanted = facts.NumberOr("parameters.relaxation.iteration_count", 1);
+  const MeshFact* start = facts.Find("parameters.relaxation.initialization");
+  // Below 0: as many as the start needs, and sites from the fields need none.
+  if (wanted == 0 || (wanted < 0 && start != nullptr && TextOf(*start) == "field")) {
+    note = "There were no iterations: the sites stayed where the start had put them.";
   }
   return absl::StrCat("{\"iterations\":", JsonList(iterations, Number),
                       ",\"movements\":", JsonList(movements, Number), ",\"note\":", Quote(note),
@@ -178,6 +181,7 @@ std::string FactsJson(const MeshDocument& document, const Frame& frame, const st
       ",\"vertexCount\":", mesh.vertices.size(), ",\"cellCount\":", mesh.corners.size(),
       ",\"centre\":[", Number(frame.centre.x), ",", Number(frame.centre.y), ",",
       Number(frame.centre.z), "],\"firstCut\":", frame.shortest_side, ",\"types\":", Types(mesh),
+      ",\"hasDistances\":", document.distances.empty() ? "false" : "true",
       ",\"edges\":", Edges(mesh, facts), ",\"timings\":", facts.Timings(),
       ",\"distance\":", Distances(facts), ",\"convergence\":", Convergence(facts),
       ",\"tables\":[[\"Statistics\",", facts.Table("statistics."), "],[\"Parameters\",",
@@ -193,7 +197,8 @@ void AppendArray(const std::vector<T>& array, std::string* bytes) {
 
 // In the order in which report_page.js takes them out; wider numbers first, so that each array
 // begins at a multiple of its number's size.
-absl::StatusOr<std::string> Arrays(const AtMostHexaMesh& mesh, const Vec3d& centre) {
+absl::StatusOr<std::string> Arrays(const MeshDocument& document, const Vec3d& centre) {
+  const AtMostHexaMesh& mesh = document.mesh;
   AMHEX_ASSIGN_OR_RETURN(const std::vector<CellNeighbours> neighbours, NeighboursOf(mesh));
   std::vector<Vec3f> vertices;
   for (const Vec3d& v : mesh.vertices) {
@@ -204,6 +209,7 @@ absl::StatusOr<std::string> Arrays(const AtMostHexaMesh& mesh, const Vec3d& cent
   std::string bytes;
   AppendArray(vertices, &bytes);
   AppendArray(mesh.quality, &bytes);
+  AppendArray(document.distances, &bytes);
   AppendArray(mesh.corners, &bytes);
   AppendArray(neighbours, &bytes);
   AppendArray(LayersOf(neighbours), &bytes);
@@ -245,7 +251,7 @@ std::string Fill(std::string_view form, const std::map<std::string_view, std::st
 absl::StatusOr<std::string> FormatReportPage(const MeshDocument& document,
                                              const std::string& title) {
   const Frame frame = FrameOf(document.mesh);
-  AMHEX_ASSIGN_OR_RETURN(const std::string arrays, Arrays(document.mesh, frame.centre));
+  AMHEX_ASSIGN_OR_RETURN(const std::string arrays, Arrays(document, frame.centre));
   const std::string facts = FactsJson(document, frame, title);
   const std::string escaped_title =
       absl::StrReplaceAll(title, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}});

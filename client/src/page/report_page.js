@@ -17,6 +17,7 @@ async function readArrays(facts) {
     return array;
   };
   return {vertexCount: vertices, cellCount: cells, vertices: take(Float32Array, 3 * vertices), quality: take(Float32Array, cells),
+    distances: facts.hasDistances ? take(Float32Array, cells) : null,
     corners: take(Int32Array, 8 * cells), neighbours: take(Int32Array, 6 * cells), layers: take(Uint16Array, cells),
     types: take(Uint8Array, cells)};
 }
@@ -36,6 +37,10 @@ function complete(mesh) {
     mesh.box.high[i % 3] = Math.max(mesh.box.high[i % 3], mesh.vertices[i]);
   }
   mesh.radius = Math.hypot(...mesh.box.high.map((high, axis) => (high - mesh.box.low[axis]) / 2));
+  mesh.sortedDistances = mesh.distances ? mesh.distances.filter(d => d >= 0).sort() : new Float32Array(0);
+  const count = mesh.sortedDistances.length;
+  // A single cell far away would leave one colour for all others.
+  mesh.farDistance = count === 0 ? 0 : mesh.sortedDistances[Math.floor(0.99 * (count - 1))] || mesh.sortedDistances[count - 1];
   mesh.mostLayer = mesh.layers.reduce((a, b) => Math.max(a, b), 0);
   return mesh;
 }
@@ -64,6 +69,17 @@ function drawQuality(facts, mesh) {
   }
 }
 
+function drawDistances(facts, mesh) {
+  const sorted = mesh.sortedDistances, count = sorted.length;
+  if (count === 0) return;
+  const bins = new Array(QUALITY_BINS).fill(0), end = mesh.farDistance > 0 ? mesh.farDistance : 1;
+  for (const distance of sorted) ++bins[Math.min(QUALITY_BINS - 1, Math.floor(distance / end * QUALITY_BINS))];
+  const inEdges = facts.edges.mean > 0 ? `, ${niceNumber(sorted[count - 1] / facts.edges.mean)} mean edges` : "";
+  addChart("Distance to the input, cell by cell", histogram(bins, 0, end, "#b0784a", 130),
+      `${count} cells on the hull, the largest distance of each; median ${niceNumber(sorted[count >> 1])}, ` +
+      `most ${niceNumber(sorted[count - 1])}${inEdges}; the last bar holds what is beyond`);
+}
+
 function drawCharts(facts, mesh) {
   drawQuality(facts, mesh);
   const edges = facts.edges, wanted = edges.wanted > 0 ? `, wanted ${niceNumber(edges.wanted)}` : "";
@@ -78,6 +94,7 @@ function drawCharts(facts, mesh) {
     addChart("Distance to the input", bars(facts.distance.map(([name, d]) => [name, 100 * d, (100 * d).toFixed(4)]), "#b0784a"),
         "in % of the input's diagonal");
   }
+  drawDistances(facts, mesh);
   const {iterations, movements} = facts.convergence;
   if (movements.some(m => m > 0)) {
     addChart("Relaxation: mean movement of the sites", decay(iterations, movements, 150), "in edge lengths per iteration");
@@ -110,12 +127,13 @@ function fillTypes(facts) {
 }
 
 function showScale(view, mesh) {
-  const scale = document.getElementById("scale");
+  const scale = document.getElementById("scale"), isDistance = view.colour === "distance";
   scale.hidden = view.colour === "type";
   scale.style.display = scale.hidden ? "none" : "flex";
-  const stops = [0, 0.25, 0.5, 0.75, 1].map(f => `rgb(${rampColour(f).join(",")})`).join(",");
+  const stops = [0, 0.25, 0.5, 0.75, 1].map(f => `rgb(${rampColour(isDistance ? 1 - f : f).join(",")})`).join(",");
+  const most = isDistance ? `${niceNumber(mesh.farDistance)} and more` : view.colour === "quality" ? 1 : mesh.mostLayer;
   scale.innerHTML = `<span>0</span><span class="bar" style="background:linear-gradient(90deg,${stops})"></span>` +
-      `<span>${view.colour === "quality" ? 1 : mesh.mostLayer}</span>`;
+      `<span>${most}</span>${isDistance ? '<span class="swatch none"></span><span>not measured</span>' : ""}`;
 }
 
 function wire(facts, mesh, viewer) {
@@ -131,6 +149,7 @@ function wire(facts, mesh, viewer) {
       updateMilliseconds: (performance.now() - begin).toFixed(1)});
   };
   element("peel").max = mesh.mostLayer;
+  if (mesh.sortedDistances.length === 0) element("colour").querySelector("[value=distance]").remove();
   element("controls").addEventListener("input", update);
   element("controls").addEventListener("submit", event => event.preventDefault());
   const setTypes = wanted => {
@@ -169,8 +188,20 @@ function wirePicking(facts, mesh, viewer) {
     const name = facts.types.find(entry => entry.type === mesh.types[cell]).name;
     const centre = [0, 1, 2].map(axis => niceNumber(mesh.centres[3 * cell + axis] + facts.centre[axis]));
     picked.textContent = `cell ${cell}, ${name}\nscaled Jacobian ${mesh.quality[cell].toFixed(3)}, layer ${mesh.layers[cell]}\n` +
+        (mesh.distances && mesh.distances[cell] >= 0 ? `distance to the input ${niceNumber(mesh.distances[cell])}\n` : "") +
         `at ${centre.join(", ")}`;
   });
+}
+
+// Controls named in the address, as in part.html#colour=distance&cut-axis=none.
+function setFromAddress() {
+  for (const [id, value] of new URLSearchParams(location.hash.slice(1))) {
+    const control = document.getElementById(id);
+    if (!control || !control.closest("#controls") || !("value" in control)) continue;
+    if (control.type === "checkbox") control.checked = value !== "0"; else control.value = value;
+    // An option that this page does not have leaves nothing chosen.
+    if (control.selectedIndex === -1) control.selectedIndex = 0;
+  }
 }
 
 async function main() {
@@ -185,6 +216,7 @@ async function main() {
   const update = wire(facts, mesh, viewer);
   // A first view that shows the inside: the whole mesh looks like its hull.
   document.getElementById("cut-axis").value = String(facts.firstCut);
+  setFromAddress();
   update();
   viewer.draw();
   document.body.dataset.ready = "yes";

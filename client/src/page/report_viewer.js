@@ -5,6 +5,9 @@
 const FACE_CORNERS = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const TYPE_COLOURS = {8: [158, 194, 245], 7: [250, 204, 41], 6: [86, 180, 132], 5: [214, 96, 77], 4: [171, 130, 214], 1: [240, 140, 60]};
 
+// Of cells inside, and where there is nothing of the input to measure to; #scale shows it too.
+const NO_DISTANCE = [200, 204, 210];
+
 // From red over yellow to blue, for a fraction in [0, 1].
 function rampColour(fraction) {
   const stops = [[178, 24, 43], [239, 138, 98], [253, 219, 120], [166, 206, 200], [67, 120, 191]];
@@ -136,13 +139,15 @@ class MeshViewer {
   }
 
   colourTable(view) {
-    const {cellCount, types, quality, layers, mostLayer} = this.mesh;
+    const {cellCount, types, quality, layers, mostLayer, distances, farDistance} = this.mesh;
+    const colourOf = {
+      type: cell => TYPE_COLOURS[types[cell]],
+      quality: cell => rampColour(quality[cell]),
+      layer: cell => rampColour(layers[cell] / Math.max(1, mostLayer)),
+      distance: cell => distances[cell] >= 0 ? rampColour(1 - distances[cell] / (farDistance || 1)) : NO_DISTANCE,
+    }[view.colour];
     const table = new Uint8Array(3 * cellCount);
-    for (let cell = 0; cell < cellCount; ++cell) {
-      const colour = view.colour === "type" ? TYPE_COLOURS[types[cell]] :
-          rampColour(view.colour === "quality" ? quality[cell] : layers[cell] / Math.max(1, mostLayer));
-      table.set(colour, 3 * cell);
-    }
+    for (let cell = 0; cell < cellCount; ++cell) table.set(colourOf(cell), 3 * cell);
     return table;
   }
 
