@@ -213,7 +213,7 @@ test_commands() {
   stop_server
 }
 
-# What works on files: convert, report, picture; and bench, completion, events.
+# What works on files: convert, report, picture; and bench, events. Completion is tried in real shells (terminal.py).
 test_tools() {
   local format
   "$amhex" demo --points 20000 -o bracket.drc >/dev/null
@@ -248,18 +248,6 @@ test_tools() {
   check "render is another word for picture" test -s part.png
   run bench bracket.drc --cells 500 --jobs 2 --at-once 2 --json bench.json
   check "bench measures" grep -q '"jobs_per_second": [0-9]' bench.json
-  "$amhex" completion bash >completion.bash
-  check "bash completes commands" bash -c \
-    'source completion.bash; COMP_WORDS=(amhex conv) COMP_CWORD=1; _amhex; test "${COMPREPLY[*]}" = convert'
-  check "bash completes flags" bash -c \
-    'source completion.bash; COMP_WORDS=(amhex mesh --solv) COMP_CWORD=2; _amhex; test "${COMPREPLY[*]}" = --solver-ready'
-  "$amhex" completion fish >completion.fish
-  check "fish gets every command" test "$(grep -c __fish_use_subcommand completion.fish)" -ge 14
-  if command -v fish >/dev/null; then check "fish reads it" fish --no-execute completion.fish; fi
-  if command -v zsh >/dev/null; then
-    "$amhex" completion zsh >completion.zsh
-    check "zsh reads it" zsh -f -c "source ./completion.zsh"
-  fi
 }
 
 test_restarts() {
