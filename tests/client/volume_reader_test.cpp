@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "cli/load_guidance.h"
@@ -65,6 +66,42 @@ TEST(VolumeReader, VtkPolyhedraKeepTheirFaces) {
   ASSERT_TRUE(volume.ok()) << volume.status();
   EXPECT_THAT(volume->cell_faces, ElementsAre(4));
   EXPECT_THAT(volume->face_corners, ElementsAre(3, 3, 3, 3));
+}
+
+// A tetrahedron, a polyhedron with the same faces, and what the file says of the latter's faces.
+std::string VtuOfPolyhedron(const std::string& faces, const std::string& face_offsets) {
+  const auto array = [](const char* type, const char* name, const std::string& numbers) {
+    return absl::StrCat("<DataArray type=\"", type, "\" Name=\"", name, "\" format=\"ascii\">",
+                        numbers, "</DataArray>\n");
+  };
+  return absl::StrCat(
+      "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\n"
+      "<Piece NumberOfPoints=\"5\" NumberOfCells=\"2\"><Points>\n"
+      "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">"
+      "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1</DataArray></Points><Cells>\n",
+      array("Int64", "connectivity", "1 2 3 4 0 1 2 3"), array("Int64", "offsets", "4 8"),
+      array("UInt8", "types", "10 42"), array("Int64", "faces", faces),
+      array("Int64", "faceoffsets", face_offsets), "</Cells></Piece></UnstructuredGrid></VTKFile>");
+}
+
+TEST(VolumeReader, VtuPolyhedraKeepTheirFaces) {
+  const auto volume = ReadVtuVolume(VtuOfPolyhedron("4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3", "-1 17"));
+  ASSERT_TRUE(volume.ok()) << volume.status();
+  EXPECT_THAT(volume->cell_faces, ElementsAre(4, 4));
+  EXPECT_THAT(std::vector<int32_t>(volume->corners.end() - 12, volume->corners.end()),
+              ElementsAre(0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3));
+}
+
+TEST(VolumeReader, VtuPolyhedraWithoutTheirFacesAreRefused) {
+  const char* const kFaces = "4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3";
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "17"))), HasSubstr("lists no faces"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "-1 18"))),
+              HasSubstr("offset of cell 1 is wrong"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "-1 16"))), HasSubstr("cut short"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron("4 3 0 2 9 3 0 1 3 3 1 2 3 3 2 0 3", "-1 17"))),
+              HasSubstr("names vertex 9"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron("1 3 0 0.5 1", "-1 5"))),
+              HasSubstr("no index"));
 }
 
 TEST(VolumeReader, VtkVersionFiveHasOffsets) {

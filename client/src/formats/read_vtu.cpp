@@ -7,6 +7,8 @@
 #include "formats/mesh_file.h"
 #include "formats/status_macros.h"
 #include "formats/text_scanner.h"
+#include "formats/volume_builder.h"
+#include "formats/volume_reader.h"
 #include "formats/vtk_arrays.h"
 #include "formats/vtk_cells.h"
 
@@ -116,7 +118,11 @@ absl::StatusOr<std::vector<double>> Numbers(const Element& array, size_t most_nu
 struct Grid {
   int64_t point_count = -1, cell_count = -1;
   std::vector<double> points, connectivity, offsets, types, quality, distances;
+  std::vector<double> faces, face_offsets;  // of polyhedra: VTK's face streams and their ends
 };
+
+// Numbers in an array per byte of the file: zlib shrinks by a factor of about a thousand at most.
+constexpr size_t kMostNumbersPerByte = 128;
 
 absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
   AMHEX_ASSIGN_OR_RETURN(const std::vector<double> numbers, AsciiNumbers(array));
@@ -139,7 +145,7 @@ absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
 absl::Status ReadPiece(const Element& piece, size_t file_bytes, Grid* grid) {
   if (grid->point_count >= 0) return absl::InvalidArgumentError("the file has several pieces");
   // zlib shrinks by a factor of about a thousand at most, and a point has three numbers.
-  const int64_t most = static_cast<int64_t>(file_bytes) * 128;
+  const int64_t most = static_cast<int64_t>(file_bytes * kMostNumbersPerByte);
   if (!ParseInteger(piece.Get("NumberOfPoints"), &grid->point_count) ||
       !ParseInteger(piece.Get("NumberOfCells"), &grid->cell_count) || grid->point_count < 0 ||
       grid->cell_count < 0 || grid->point_count > most || grid->cell_count > most) {
@@ -148,7 +154,7 @@ absl::Status ReadPiece(const Element& piece, size_t file_bytes, Grid* grid) {
   return absl::OkStatus();
 }
 
-absl::Status ReadArray(const Element& array, Grid* grid) {
+absl::Status ReadArray(const Element& array, size_t file_bytes, Grid* grid) {
   const size_t points = static_cast<size_t>(grid->point_count);
   const size_t cells = static_cast<size_t>(grid->cell_count);
   const std::string name = array.Get("Name");
@@ -156,7 +162,12 @@ absl::Status ReadArray(const Element& array, Grid* grid) {
   size_t most = cells;
   if (name == "connectivity") {
     target = &grid->connectivity;
-    most = 8 * cells;
+    most = kMostNumbersPerByte * file_bytes;
+  } else if (name == "faces") {
+    target = &grid->faces;
+    most = kMostNumbersPerByte * file_bytes;
+  } else if (name == "faceoffsets") {
+    target = &grid->face_offsets;
   } else if (name == "offsets") {
     target = &grid->offsets;
   } else if (name == "types") {
@@ -174,18 +185,31 @@ absl::Status ReadArray(const Element& array, Grid* grid) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<AtMostHexaMesh> MeshFrom(const Grid& grid) {
+absl::Status CheckSizes(const Grid& grid) {
   const size_t points = static_cast<size_t>(grid.point_count);
   const size_t cells = static_cast<size_t>(grid.cell_count);
-  if (grid.points.size() != 3 * points || grid.offsets.size() != cells ||
-      grid.types.size() != cells || cells == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the arrays do not hold ", points, " points and ", cells, " cells"));
+  if (grid.points.size() == 3 * points && grid.offsets.size() == cells &&
+      grid.types.size() == cells && cells > 0) {
+    return absl::OkStatus();
   }
+  return absl::InvalidArgumentError(
+      absl::StrCat("the arrays do not hold ", points, " points and ", cells, " cells"));
+}
+
+std::vector<Vec3d> PointsOf(const Grid& grid) {
+  std::vector<Vec3d> points;
+  for (size_t i = 0; i + 2 < grid.points.size(); i += 3) {
+    points.push_back({grid.points[i], grid.points[i + 1], grid.points[i + 2]});
+  }
+  return points;
+}
+
+absl::StatusOr<AtMostHexaMesh> MeshFrom(const Grid& grid) {
+  AMHEX_RETURN_IF_ERROR(CheckSizes(grid));
+  const size_t points = static_cast<size_t>(grid.point_count);
+  const size_t cells = static_cast<size_t>(grid.cell_count);
   AtMostHexaMesh mesh;
-  for (size_t i = 0; i < points; ++i) {
-    mesh.vertices.push_back({grid.points[3 * i], grid.points[3 * i + 1], grid.points[3 * i + 2]});
-  }
+  mesh.vertices = PointsOf(grid);
   double begin = 0;
   for (size_t cell = 0; cell < cells; ++cell) {
     const double end = grid.offsets[cell];
@@ -216,12 +240,62 @@ absl::StatusOr<AtMostHexaMesh> MeshFrom(const Grid& grid) {
   return mesh;
 }
 
-}  // namespace
+// The whole numbers in [begin, end) of an array; INVALID_ARGUMENT if it has no such range.
+absl::StatusOr<std::vector<int64_t>> WholeNumbers(const std::vector<double>& numbers, double begin,
+                                                  double end, size_t cell) {
+  std::vector<int64_t> whole;
+  if (!(begin >= 0) || !(end > begin) || end > static_cast<double>(numbers.size())) {
+    return absl::InvalidArgumentError(absl::StrCat("the offset of cell ", cell, " is wrong"));
+  }
+  for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+    // Beyond 2^53 a double is no index of anything.
+    const bool is_whole = std::abs(numbers[i]) < 9e15 && numbers[i] == std::floor(numbers[i]);
+    if (!is_whole) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("cell ", cell, " names ", numbers[i], ", which is no index"));
+    }
+    whole.push_back(static_cast<int64_t>(numbers[i]));
+  }
+  return whole;
+}
 
-absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes) {
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<Element> elements, StartTags(bytes));
-  MeshDocument document;
+absl::StatusOr<VolumeMesh> VolumeFrom(const Grid& grid) {
+  AMHEX_RETURN_IF_ERROR(CheckSizes(grid));
+  VolumeBuilder builder;
+  builder.mesh.vertices = PointsOf(grid);
+  double begin = 0, begin_of_faces = 0;
+  for (size_t cell = 0; cell < grid.offsets.size(); ++cell) {
+    const double type = grid.types[cell];
+    const bool is_known = type >= 0 && type <= kVtkPolyhedron && type == std::floor(type);
+    if (type == kVtkPolyhedron) {
+      if (grid.face_offsets.size() != grid.offsets.size()) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("cell ", cell, " is a polyhedron, but the file lists no faces for it"));
+      }
+      AMHEX_ASSIGN_OR_RETURN(
+          const std::vector<int64_t> stream,
+          WholeNumbers(grid.faces, begin_of_faces, grid.face_offsets[cell], cell));
+      AMHEX_RETURN_IF_ERROR(builder.AddPolyhedron(stream));
+      begin_of_faces = grid.face_offsets[cell];
+    } else {
+      AMHEX_ASSIGN_OR_RETURN(const std::vector<int64_t> vertices,
+                             WholeNumbers(grid.connectivity, begin, grid.offsets[cell], cell));
+      AMHEX_RETURN_IF_ERROR(builder.AddCell(is_known ? static_cast<int64_t>(type) : -1, vertices));
+    }
+    begin = grid.offsets[cell];
+  }
+  return std::move(builder.mesh);
+}
+
+struct GridAndFacts {
   Grid grid;
+  std::vector<MeshFact> facts;
+};
+
+absl::StatusOr<GridAndFacts> ReadGrid(std::string_view bytes) {
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<Element> elements, StartTags(bytes));
+  GridAndFacts read;
+  Grid& grid = read.grid;
   for (const Element& element : elements) {
     if (element.name == "VTKFile" && element.Get("type") != "UnstructuredGrid") {
       return absl::InvalidArgumentError("the VTK file holds no unstructured grid");
@@ -233,18 +307,32 @@ absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes) {
     if (element.name == "Piece") {
       AMHEX_RETURN_IF_ERROR(ReadPiece(element, bytes.size(), &grid));
     } else if (element.name == "DataArray" && grid.point_count < 0) {
-      AMHEX_RETURN_IF_ERROR(ReadFact(element, &document.facts));
+      AMHEX_RETURN_IF_ERROR(ReadFact(element, &read.facts));
     } else if (element.name == "DataArray") {
-      AMHEX_RETURN_IF_ERROR(ReadArray(element, &grid));
+      AMHEX_RETURN_IF_ERROR(ReadArray(element, bytes.size(), &grid));
     }
   }
   if (grid.point_count < 0) return absl::InvalidArgumentError("the file has no piece");
-  AMHEX_ASSIGN_OR_RETURN(document.mesh, MeshFrom(grid));
-  if (grid.distances.size() == document.mesh.corners.size()) {
-    for (double distance : grid.distances)
+  return read;
+}
+
+}  // namespace
+
+absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes) {
+  AMHEX_ASSIGN_OR_RETURN(GridAndFacts read, ReadGrid(bytes));
+  MeshDocument document;
+  document.facts = std::move(read.facts);
+  AMHEX_ASSIGN_OR_RETURN(document.mesh, MeshFrom(read.grid));
+  if (read.grid.distances.size() == document.mesh.corners.size()) {
+    for (double distance : read.grid.distances)
       document.distances.push_back(static_cast<float>(distance));
   }
   return document;
+}
+
+absl::StatusOr<VolumeMesh> ReadVtuVolume(std::string_view bytes) {
+  AMHEX_ASSIGN_OR_RETURN(const GridAndFacts read, ReadGrid(bytes));
+  return VolumeFrom(read.grid);
 }
 
 }  // namespace amhex::client

@@ -53,10 +53,6 @@ std::optional<VolumeFormat> VolumeFormatOfPath(const std::string& path) {
   return std::nullopt;
 }
 
-absl::StatusOr<VolumeMesh> ReadVtuVolume(std::string_view bytes) {
-  return FromDocument(ReadVtu(bytes));
-}
-
 absl::StatusOr<VolumeMesh> ReadMeditVolume(std::string_view bytes) {
   return FromDocument(ReadMedit(bytes));
 }

@@ -29,8 +29,9 @@ absl::StatusOr<VolumeMesh> ReadVolumeFile(const std::string& path);
 absl::StatusOr<VolumeMesh> ReadVtkVolume(std::string_view bytes);
 // Gmsh 2.2 and 4.1, ascii: first-order tetrahedra, hexahedra, prisms and pyramids.
 absl::StatusOr<VolumeMesh> ReadGmshVolume(std::string_view bytes);
-// As far as ReadVtu and ReadMedit (formats/mesh_file.h) read them.
+// VTK XML as far as ReadVtu (formats/mesh_file.h) reads it, with the cells of ReadVtkVolume.
 absl::StatusOr<VolumeMesh> ReadVtuVolume(std::string_view bytes);
+// As far as ReadMedit reads it.
 absl::StatusOr<VolumeMesh> ReadMeditVolume(std::string_view bytes);
 
 }  // namespace amhex::client
