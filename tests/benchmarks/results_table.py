@@ -4,7 +4,7 @@
     tests/benchmarks/results_table.py --amhex build/release/client/amhex --models FOLDER
     tests/benchmarks/results_table.py --server localhost:50051 part.obj:9500 scan.drc
 
-Each model is FILE or FILE:CELLS. Without any, the default list is looked for in --models. Every
+Each model is FILE, FILE:CELLS, or for volume meshes FILE@USE (reassemble, subdivide). Without any, the default list is looked for in --models. Every
 figure is read from what `amhex mesh --json` wrote for a mesh that it had checked; a model without a
 valid mesh appears with its error. Standard library only.
 """
@@ -19,6 +19,7 @@ import re
 import subprocess
 import sys
 import time
+import typing
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 
@@ -40,7 +41,19 @@ DEFAULT_MODELS = [
     "bunny-cloud_8k.ply",
     "igea_5k_qp14_qn10.drc",
     "twistcube_cloud_6k.ply",
+    "igea_5k.ply",
+    "igea_5k_noise.ply",
+    "igea_5k_noise_nonormals.ply",
+    "mixed_cells.vtk@reassemble",
+    "block_hex.mesh@reassemble",
+    "bunny_hex.vtk@reassemble",
+    "twistcube_tet.mesh@reassemble",
+    "twistcube_tet.mesh@subdivide",
+    "bunny_tet.mesh@subdivide",
 ]
+
+# The paper's threshold for cells that are put together from a volume mesh's (section 6.2).
+REASSEMBLY_QUALITY = 0.1
 
 # Table 1 of the paper, rows "Ours": cells, hexahedra by number and by volume in percent, least and
 # average scaled Jacobian, seconds. The paper's machine is its own; its cylinder is the native run.
@@ -60,6 +73,7 @@ PAPER = {
         (5695, 96.2, 98.5, 0.571, 0.992, 16),
         (15841, 96.2, 98.4, 0.316, 0.990, 76),
     ],
+    "twistcube_tet": [(2836, 21.4, 41.3, 0.125, 0.801, "–")],
 }
 
 # What follows this line in the document is written by hand and kept.
@@ -72,7 +86,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("model", nargs="*", help="FILE or FILE:CELLS")
+    parser.add_argument("model", nargs="*", help="FILE, FILE:CELLS or FILE@USE")
     parser.add_argument("--models", type=pathlib.Path, help="folder of the default list")
     parser.add_argument("--amhex", default=REPOSITORY / "build/release/client/amhex",
                         type=pathlib.Path, help="the client (default: %(default)s)")
@@ -88,23 +102,34 @@ def parse_arguments():
     return arguments
 
 
+class Model(typing.NamedTuple):
+    path: pathlib.Path
+    cells: int | None  # wanted
+    use: str | None  # of a volume mesh
+
+
 def split_model(text):
-    """'a/b.obj:500' -> (path, 500); 'a/b.obj' -> (path, None)."""
-    match = re.fullmatch(r"(.+):(\d+)", text)
-    return (pathlib.Path(match[1]), int(match[2])) if match else (pathlib.Path(text), None)
+    """'a/b.obj:500' -> b.obj with 500 cells; 'a/b.mesh@subdivide' -> b.mesh, subdivided."""
+    if match := re.fullmatch(r"(.+):(\d+)", text):
+        return Model(pathlib.Path(match[1]), int(match[2]), None)
+    path, _, use = text.partition("@")
+    return Model(pathlib.Path(path), None, use or None)
 
 
-def mesh(arguments, path, cells):
+def mesh(arguments, model):
     """Runs the client on one model; its JSON report, or the error it printed."""
     arguments.keep.mkdir(parents=True, exist_ok=True)
+    path = model.path
     report_path = arguments.keep / (path.stem + ".json")
     report_path.unlink(missing_ok=True)
     command = [str(arguments.amhex), "mesh", str(path)]
     command += ["-o", str(arguments.keep / (path.stem + ".vtu")), "--json", str(report_path)]
     command += ["--server", arguments.server] if arguments.server else ["--local"]
     command += ["--backend", arguments.backend]
-    if cells:
-        command += ["--cells", str(cells)]
+    if model.cells:
+        command += ["--cells", str(model.cells)]
+    if model.use:
+        command += ["--volume-use", model.use, "--min-quality", str(REASSEMBLY_QUALITY)]
     print(" ".join(command), flush=True)
     started = time.monotonic()
     try:
@@ -121,7 +146,8 @@ def mesh(arguments, path, cells):
 
 def paper_row(path, cells):
     """The paper's row of that model that is nearest in size, or None."""
-    rows = PAPER.get(re.split(r"[_-]", path.stem)[0], [])
+    is_volume = path.suffix in (".mesh", ".vtk", ".vtu", ".msh")
+    rows = PAPER.get(path.stem if is_volume else re.split(r"[_-]", path.stem)[0], [])
     return min(rows, key=lambda row: abs(row[0] - cells), default=None)
 
 
@@ -129,12 +155,12 @@ def percent(ratio):
     return f"{100 * ratio:.1f}"
 
 
-def quality_row(path, cells, report):
+def quality_row(path, wanted, report):
     s = report["statistics"]
     by_type = s["cells_by_type"]
     return [
         path.name,
-        str(cells) if cells else "–",
+        str(wanted or "–"),
         str(s["cell_count"]),
         " / ".join(str(by_type.get(name, 0)) for name in CELL_TYPES),
         percent(s["hexahedra_ratio"]),
@@ -195,9 +221,9 @@ def machine():
 
 
 def write_document(arguments, results):
-    done = [(path, cells, report, seconds)
-            for path, cells, report, error, seconds in results if report]
-    failed = [(path, cells, error) for path, cells, report, error, _ in results if not report]
+    done = [(path, wanted, report, seconds)
+            for path, wanted, report, error, seconds in results if report]
+    failed = [(path, wanted, error) for path, wanted, report, error, _ in results if not report]
     stage_names = [stage["stage"] for stage in done[0][2]["stages"]] if done else []
 
     parts = [
@@ -215,8 +241,9 @@ def write_document(arguments, results):
         "Cells are hexahedra / hexprisms / prisms / slices / pyramids / tetrahedra. MSJ and ASJ are "
         "the minimum and the average over cells of the least scaled Jacobian. Distances are in "
         "percent of the diagonal of the input's box; sharp edges: the root mean square distance from "
-        "the input's to the mesh's, in edge lengths.",
-        table(["model", "cells wanted", "cells", "by type", "hex %", "hex vol %", "MSJ", "ASJ",
+        "the input's to the mesh's, in edge lengths. What is wanted: a number of cells, or of a volume "
+        f"mesh, its cells reassembled (minimum quality {REASSEMBLY_QUALITY}) or subdivided.",
+        table(["model", "wanted", "cells", "by type", "hex %", "hex vol %", "MSJ", "ASJ",
                "MSJ hex", "ASJ hex", "mesh → input max", "input → mesh max (mean)", "sharp edges", "genus"],
               [quality_row(*entry[:3]) for entry in done]),
         "## Cost",
@@ -227,7 +254,8 @@ def write_document(arguments, results):
               [cost_row(path, report, seconds, stage_names)
                for path, _, report, seconds in done]),
     ]
-    compared = [entry for entry in done if paper_row(entry[0], entry[2]["statistics"]["cell_count"])]
+    compared = [entry for entry in done if entry[1] != "subdivide"
+                and paper_row(entry[0], entry[2]["statistics"]["cell_count"])]
     if compared:
         parts += [
             "## Beside the paper",
@@ -244,8 +272,8 @@ def write_document(arguments, results):
                   "\n".join(f"- {path.name}: {'; '.join(text)}" for path, text in warned)]
     if failed:
         parts += ["## Without a valid mesh",
-                  "\n".join(f"- {path.name}{f' ({cells} cells)' if cells else ''}: {error}"
-                            for path, cells, error in failed)]
+                  "\n".join(f"- {path.name}{f' ({wanted})' if wanted else ''}: {error}"
+                            for path, wanted, error in failed)]
     if arguments.output.exists():
         _, marker, rest = arguments.output.read_text(encoding="utf-8").partition(BY_HAND)
         parts += [(marker + rest).rstrip()] if marker else []
@@ -259,9 +287,10 @@ def main():
     arguments.load_average = os.getloadavg()[0]
     results = []
     for name in names:
-        path, cells = split_model(name)
-        report, error, seconds = mesh(arguments, path, cells)
-        results.append((path, cells, report, error, seconds))
+        model = split_model(name)
+        path = model.path
+        report, error, seconds = mesh(arguments, model)
+        results.append((path, model.cells or model.use, report, error, seconds))
         verdict = f"failed: {error}" if error else "valid"
         print(f"  {path.name}: {verdict}, {seconds:.1f} s", flush=True)
         # After every model, so that an interrupted run leaves what it measured.
