@@ -25,11 +25,14 @@ uint32_t ReadPrefix(const std::string& bytes) {
   return size;
 }
 
+// The caller comes back after this if it has time left.
+constexpr absl::Duration kLongestPoll = absl::Hours(1);
+
 int PollMilliseconds(absl::Duration timeout) {
   if (timeout <= absl::ZeroDuration()) return 0;
-  // Rounded up, so that waiting does not degenerate into spinning just before a deadline.
-  const int64_t milliseconds = absl::ToInt64Milliseconds(timeout) + 1;
-  return static_cast<int>(std::min<int64_t>(milliseconds, 3'600'000));
+  // Rounded up, so that waiting does not degenerate into spinning just before a deadline. Bounded
+  // first: an infinite duration leaves no room for rounding.
+  return static_cast<int>(absl::ToInt64Milliseconds(std::min(timeout, kLongestPoll))) + 1;
 }
 
 }  // namespace
