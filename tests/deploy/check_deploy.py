@@ -12,7 +12,7 @@ import jsonschema
 import yaml
 
 from render_manifests import render
-from schemas import SCHEMAS
+from schemas import COMPOSE, SCHEMAS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
@@ -93,6 +93,14 @@ class Manifests(unittest.TestCase):
             for trigger in scaled["triggers"]:
                 self.assertIn(("TriggerAuthentication", trigger["authenticationRef"]["name"]), objects)
 
+    def test_the_autoscaler_asks_the_queue_what_it_can_answer(self):
+        schema = (ROOT / "server/src/postgres_job_rows.h").read_text()
+        for overlay in OVERLAYS:
+            for trigger in self.objects(overlay)["ScaledObject", "amhex"]["spec"]["triggers"]:
+                table, column = re.search(r" FROM (\w+) WHERE (\w+) IN", trigger["metadata"]["query"]).groups()
+                columns = re.search(r"CREATE TABLE IF NOT EXISTS %s\b\s*\((.*?)\);" % table, schema, re.S).group(1)
+                self.assertRegex(columns, r"\b%s " % column)
+
     def test_flags_exist_and_leave_time_to_drain(self):
         source = (ROOT / "server/src/server_options.cpp").read_text()
         for overlay in OVERLAYS:
@@ -167,6 +175,20 @@ class Monitoring(unittest.TestCase):
 
 
 class Compose(unittest.TestCase):
+    def test_it_obeys_its_schema(self):
+        compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
+        jsonschema.Draft7Validator(COMPOSE).validate(compose)
+        for service in compose["services"].values():
+            self.assertLessEqual(set(service.get("depends_on", [])), set(compose["services"]))
+        compose["services"]["amhexd"]["volume"] = ["a:/b"]
+        with self.assertRaises(jsonschema.ValidationError):
+            jsonschema.Draft7Validator(COMPOSE).validate(compose)
+
+    def test_the_server_may_drain(self):
+        service = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]["amhexd"]
+        default = re.search(r"drain_timeout = absl::Seconds\((\d+)\)", (ROOT / "server/src/server_options.h").read_text())
+        self.assertGreater(int(service["stop_grace_period"].rstrip("s")), int(default.group(1)))
+
     def test_paths_and_volumes_exist_and_ports_stay_on_this_machine(self):
         compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
         self.assertEqual(set(compose["services"]), {"amhexd", "prometheus", "grafana"})

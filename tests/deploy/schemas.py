@@ -1,4 +1,5 @@
-"""JSON schemas of the Kubernetes objects in deploy/kubernetes, written from the API reference.
+"""JSON schemas of the Kubernetes objects in deploy/kubernetes and of deploy/compose.yaml, written from
+the reference of each.
 
 They are strict: a field they do not name is an error, so that a misspelt one is found. What they do
 not know is whether a cluster has the storage class, the runtime class or KEDA.
@@ -11,6 +12,7 @@ QUANTITY = {"anyOf": [{"type": "string", "pattern": "^[0-9]+(\\.[0-9]+)?(m|k|Ki|
 COUNT = {"type": "integer", "minimum": 0}
 PORT = {"type": "integer", "minimum": 1, "maximum": 65535}
 BOOLEAN = {"type": "boolean"}
+NUMBER_TEXT = {"type": "string", "pattern": "^[0-9]+(\\.[0-9]+)?$"}
 
 
 def record(required, **members):
@@ -101,9 +103,21 @@ SCHEMAS = {
             ["behavior"], behavior=record(["scaleDown"], scaleDown=record(
                 [], stabilizationWindowSeconds=COUNT,
                 policies=many(record(["type", "value", "periodSeconds"], type={"enum": ["Pods", "Percent"]}, value=COUNT, periodSeconds=COUNT)))))),
-        triggers=many(record(["type", "metadata"], type={"enum": ["postgresql", "prometheus"]},
-                             metadata={"type": "object", "additionalProperties": {"type": "string"}},
+        triggers=many(record(["type", "metadata", "authenticationRef"], type={"const": "postgresql"},
+                             metadata=record(["query", "targetQueryValue"], query={"type": "string", "pattern": "^SELECT "},
+                                             targetQueryValue=NUMBER_TEXT, activationTargetQueryValue=NUMBER_TEXT),
                              authenticationRef=record(["name"], name=NAME))))),
     "TriggerAuthentication": kind("keda.sh/v1alpha1", "TriggerAuthentication", spec=record(
-        ["secretTargetRef"], secretTargetRef=many(record(["parameter", "name", "key"], parameter=TEXT, name=NAME, key=TEXT)))),
+        ["secretTargetRef"], secretTargetRef=many(record(["parameter", "name", "key"], parameter={"enum": ["connection", "password"]}, name=NAME, key=TEXT)))),
 }
+
+LOOPBACK_PORT = {"type": "string", "pattern": "^127\\.0\\.0\\.1:[0-9]+:[0-9]+$"}
+COMPOSE_VOLUME = {"type": "string", "pattern": "^[^:]+:/[^:]*(:ro)?$"}
+COMPOSE_SERVICE = record(
+    ["image", "ports", "restart"], image=TEXT, ports=many(LOOPBACK_PORT), volumes=many(COMPOSE_VOLUME),
+    build=record(["context", "dockerfile"], context=TEXT, dockerfile=TEXT, args={"type": "object", "additionalProperties": TEXT}),
+    environment={"type": "object", "additionalProperties": {"type": "string"}}, depends_on=many(TEXT),
+    read_only=BOOLEAN, tmpfs=many(TEXT), cap_drop=many(TEXT), security_opt=many(TEXT),
+    stop_grace_period={"type": "string", "pattern": "^[0-9]+s$"}, restart={"enum": ["no", "always", "on-failure", "unless-stopped"]})
+COMPOSE = record(["services", "volumes"], services={"type": "object", "additionalProperties": COMPOSE_SERVICE},
+                 volumes={"type": "object", "additionalProperties": {"type": "null"}})
