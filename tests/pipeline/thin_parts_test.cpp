@@ -106,6 +106,15 @@ TEST(ThinParts, AFinThatIsLostIsToldWithItsPlace) {
   EXPECT_THAT(result->warnings[0], HasSubstr("at (8, "));
 }
 
+TEST(ThinParts, EveryLostPartIsCountedOnce) {
+  const TriangleMesh one = BlockWithFin(0.1);
+  const auto result =
+      MeshWithEdgesOfOne(fixtures::Joined(one, fixtures::Translated(one, {0, 9, 0})));
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(result->warnings.size(), 1u);
+  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 2; up to 3.9"));
+}
+
 TEST(ThinParts, APlateTooThinForAnyCellIsTheInputsFault) {
   const auto result = MeshWithEdgesOfOne(fixtures::MakeBox({8, 7, 0.15}, 0.5));
   EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << result.status();
