@@ -13,6 +13,7 @@
 #include <cub/device/device_reduce.cuh>
 #include <cub/device/device_scan.cuh>
 #include <functional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -51,9 +52,14 @@ class CudaExecutor {
       : should_stop_(std::move(should_stop)), stop_flag_(1, stream_.get()) {
     CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 0, sizeof(int32_t), stream_.get()),
               "clear the stop flag");
+    // The stop stream is ordered after nothing: the flag must be there before it can be set.
+    CheckCuda(cudaStreamSynchronize(stream_.get()), "clear the stop flag");
   }
   // Memory is freed in stream order: nothing may be under way when the owner's arrays go.
-  ~CudaExecutor() { cudaStreamSynchronize(stream_.get()); }
+  ~CudaExecutor() {
+    cudaStreamSynchronize(stop_stream_.get());
+    cudaStreamSynchronize(stream_.get());
+  }
 
   template <class T>
   DeviceBuffer<T> Alloc(int64_t count) {
@@ -82,18 +88,16 @@ class CudaExecutor {
   template <class Body>
   void ForEach(const char* description, int64_t count, const Body& body) {
     if (count == 0 || PollStop()) return;
-    ForEachKernel<<<BlocksFor(count), kThreadsPerBlock, 0, stream_.get()>>>(count, body,
-                                                                            stop_flag());
-    CheckCuda(cudaGetLastError(), description);
+    Launch(description, ForEachKernel<Body>, BlocksFor(count), kThreadsPerBlock, count, body,
+           stop_flag());
   }
 
   template <class Body>
   void ForEachOf(const char* description, int64_t count, ArrayView<const int64_t> actual_count,
                  const Body& body) {
     if (count == 0 || PollStop()) return;
-    ForEachOfKernel<<<BlocksFor(count), kThreadsPerBlock, 0, stream_.get()>>>(actual_count, body,
-                                                                              stop_flag());
-    CheckCuda(cudaGetLastError(), description);
+    Launch(description, ForEachOfKernel<Body>, BlocksFor(count), kThreadsPerBlock, actual_count,
+           body, stop_flag());
   }
 
   template <class Body>
@@ -170,8 +174,25 @@ class CudaExecutor {
   // For kernels written by hand beside ForEach: false once the run should stop.
   bool MayLaunch() { return !PollStop(); }
 
+  // Any number of blocks up to what a grid can have, along x.
+  template <class... Parameters, class... Arguments>
+  void Launch(const char* description, void (*kernel)(Parameters...), int64_t block_count,
+              int thread_count, const Arguments&... arguments) {
+    if (block_count > kMaxBlocks) {
+      throw CudaError(std::string(description) + ": " + std::to_string(block_count) +
+                          " thread blocks, limit " + std::to_string(kMaxBlocks),
+                      CudaFault::kFailed);
+    }
+    cudaLaunchConfig_t config = {};
+    config.gridDim = dim3(static_cast<unsigned>(block_count));
+    config.blockDim = dim3(static_cast<unsigned>(thread_count));
+    config.stream = stream_.get();
+    CheckCuda(cudaLaunchKernelEx(&config, kernel, arguments...), description);
+  }
+
  private:
   static constexpr int kThreadsPerBlock = 128;
+  static constexpr int64_t kMaxBlocks = (int64_t{1} << 31) - 1;  // of every device, along x
   static constexpr int32_t kStepsPerGraph = 2;
   // Some 1 % of the shortest batch of iterations that is worth a device.
   static constexpr std::chrono::microseconds kWaitInterval{50};
@@ -242,8 +263,8 @@ class CudaExecutor {
     return static_cast<size_t>(count) * sizeof(T);
   }
 
-  static unsigned BlocksFor(int64_t count) {
-    return static_cast<unsigned>((count + kThreadsPerBlock - 1) / kThreadsPerBlock);
+  static int64_t BlocksFor(int64_t count) {
+    return (count + kThreadsPerBlock - 1) / kThreadsPerBlock;
   }
 
   // Calls a CUB operation twice: for the size of its scratch memory, and to run it.

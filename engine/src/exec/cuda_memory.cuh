@@ -12,18 +12,22 @@
 
 namespace amhex {
 
+// After an error that the device does not survive every further call fails with it. The question
+// for free memory waits for nobody's work and may be asked while a graph is being recorded.
+inline CudaFault FaultOf(cudaError_t code) {
+  cudaGetLastError();
+  size_t free = 0, total = 0;
+  const bool is_lost = cudaMemGetInfo(&free, &total) != cudaSuccess;
+  cudaGetLastError();
+  if (is_lost) return CudaFault::kDeviceLost;
+  return code == cudaErrorMemoryAllocation ? CudaFault::kOutOfMemory : CudaFault::kFailed;
+}
+
 // Throws CudaError naming the step. An error that the device survives, such as a failed
-// allocation, is cleared; after one that it does not, every further call fails, which is how the
-// two are told apart.
+// allocation, is cleared.
 inline void CheckCuda(cudaError_t code, const char* description) {
   if (code == cudaSuccess) return;
-  cudaGetLastError();
-  const bool is_lost = cudaDeviceSynchronize() != cudaSuccess;
-  cudaGetLastError();
-  const CudaFault fault = is_lost                             ? CudaFault::kDeviceLost
-                          : code == cudaErrorMemoryAllocation ? CudaFault::kOutOfMemory
-                                                              : CudaFault::kFailed;
-  throw CudaError(std::string(description) + ": " + cudaGetErrorString(code), fault);
+  throw CudaError(std::string(description) + ": " + cudaGetErrorString(code), FaultOf(code));
 }
 
 // What the device has left; for messages, so a failure to ask is no failure.

@@ -26,9 +26,8 @@ class TileLabeller<CudaExecutor> {
     if (groups_.size() == 0 || !executor_.MayLaunch()) return;
     const auto kernel =
         tiles_per_group_ == 1 ? LabelGroupsKernel<1> : LabelGroupsKernel<kTileBlocks>;
-    kernel<<<static_cast<unsigned>(groups_.size()), kGroupThreads, 0, executor_.stream()>>>(
-        body, ReadOnly(groups_.View()), executor_.stop_flag());
-    CheckCuda(cudaGetLastError(), "label lattice points");
+    executor_.Launch("label lattice points", kernel, groups_.size(), kGroupThreads, body,
+                     ReadOnly(groups_.View()), executor_.stop_flag());
   }
 
  private:
