@@ -3,11 +3,14 @@
 //
 // Lanes are fibers: each runs until it must wait for others, and goes on when all of them have
 // come. Lanes that wait for different things, or leave while others wait, are an error, as they
-// are on a device. A result that changes with `Order` shows a missing barrier.
+// are on a device. A result that changes with `Order` shows a missing barrier. Lanes that never
+// wait share one fiber, so that kernels without barriers cost no more than a loop.
 #pragma once
 
+#include <setjmp.h>
 #include <ucontext.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -25,8 +28,7 @@ inline constexpr int kLanesPerWarp = 32;
 inline constexpr size_t kStackBytes = 128 * 1024;
 
 struct Lane {
-  ucontext_t context;
-  std::unique_ptr<char[]> stack;
+  jmp_buf place;  // where it waits
   bool is_done = false;
   Wait wait = Wait::kNone;
   int site = 0;            // which call it waits in
@@ -34,25 +36,33 @@ struct Lane {
   uint64_t value[2] = {};  // offered to the other lanes of the warp
 };
 
+struct Fiber {
+  jmp_buf idle;
+  alignas(16) char stack[kStackBytes];
+};
+
+using WarpValues = std::array<uint64_t, kLanesPerWarp>;
+
 class Block {
  public:
   void Run(int lane_count, Order order, const std::function<void()>& body) {
-    body_ = body;
+    body_ = &body;
+    order_ = order;
     if (lanes_.size() != static_cast<size_t>(lane_count)) {
       lanes_ = std::vector<Lane>(static_cast<size_t>(lane_count));
     }
-    for (Lane& lane : lanes_) Prepare(lane);
-    while (true) {
-      bool has_run = false;
+    for (Lane& lane : lanes_) {
+      lane.is_done = false;
+      lane.wait = Wait::kNone;
+    }
+    started_ = 0;
+    for (size_t fiber = 0; started_ < lane_count; ++fiber) StartFiber(fiber);
+    while (Release()) {
       for (int i = 0; i < lane_count; ++i) {
-        current_ = order == Order::kAscending ? i : lane_count - 1 - i;
+        current_ = InOrder(i);
         Lane& lane = lanes_[static_cast<size_t>(current_)];
-        if (lane.is_done || lane.wait != Wait::kNone) continue;
-        swapcontext(&scheduler_, &lane.context);
-        has_run = true;
+        if (!lane.is_done && lane.wait == Wait::kNone) Resume(lane.place);
       }
-      const bool has_released = Release();
-      if (!has_run && !has_released) break;
     }
     for (const Lane& lane : lanes_) {
       if (!lane.is_done || is_partial_)
@@ -60,6 +70,7 @@ class Block {
     }
   }
 
+  int lane_count() const { return static_cast<int>(lanes_.size()); }
   int current() const { return current_; }
   void Require(unsigned mask) { is_partial_ |= mask != 0xffffffffu; }
 
@@ -67,34 +78,60 @@ class Block {
     Lane& lane = lanes_[static_cast<size_t>(current_)];
     lane.wait = wait;
     lane.site = site;
-    swapcontext(&lane.context, &scheduler_);
+    if (_setjmp(lane.place) == 0) _longjmp(scheduler_, 1);
   }
 
   // Offers a value to the warp and returns every lane's.
-  std::vector<uint64_t> Exchange(uint64_t value, int site) {
+  WarpValues Exchange(uint64_t value, int site) {
     Lane& own = lanes_[static_cast<size_t>(current_)];
     const int parity = own.parity;
     own.parity ^= 1;
     own.value[parity] = value;
     WaitFor(Wait::kWarp, site);
-    std::vector<uint64_t> values;
+    WarpValues values;
     const size_t first = static_cast<size_t>(current_ / kLanesPerWarp * kLanesPerWarp);
-    for (size_t i = 0; i < kLanesPerWarp; ++i) values.push_back(lanes_[first + i].value[parity]);
+    for (size_t i = 0; i < kLanesPerWarp; ++i) values[i] = lanes_[first + i].value[parity];
     return values;
   }
 
  private:
   static void Enter();
 
-  void Prepare(Lane& lane) {
-    if (!lane.stack) lane.stack.reset(new char[kStackBytes]);
-    lane.is_done = false;
-    lane.wait = Wait::kNone;
-    getcontext(&lane.context);
-    lane.context.uc_stack.ss_sp = lane.stack.get();
-    lane.context.uc_stack.ss_size = kStackBytes;
-    lane.context.uc_link = &scheduler_;
-    makecontext(&lane.context, &Block::Enter, 0);
+  int InOrder(int i) const { return order_ == Order::kAscending ? i : lane_count() - 1 - i; }
+
+  // Leaves the scheduler; comes back when a lane waits or a fiber has no more lanes to begin.
+  void Resume(jmp_buf& place) {
+    if (_setjmp(scheduler_) == 0) _longjmp(place, 1);
+  }
+
+  // Runs lanes that have not begun, one after the other, until one of them waits. Fibers stay for
+  // later blocks: only making one asks the system.
+  void StartFiber(size_t fiber) {
+    if (fiber < fibers_.size()) return Resume(fibers_[fiber]->idle);
+    fibers_.push_back(std::make_unique<Fiber>());
+    making_ = fibers_.back().get();
+    ucontext_t context;
+    getcontext(&context);
+    context.uc_stack.ss_sp = making_->stack;
+    context.uc_stack.ss_size = kStackBytes;
+    makecontext(&context, &Block::Enter, 0);
+    if (_setjmp(scheduler_) == 0) setcontext(&context);
+  }
+
+  [[noreturn]] void RunFiber() {
+    Fiber& fiber = *making_;
+    while (true) {
+      RunLanes();
+      if (_setjmp(fiber.idle) == 0) _longjmp(scheduler_, 1);
+    }
+  }
+
+  void RunLanes() {
+    while (started_ < lane_count()) {
+      current_ = InOrder(started_++);
+      (*body_)();
+      lanes_[static_cast<size_t>(current_)].is_done = true;
+    }
   }
 
   bool ReleaseRange(size_t first, size_t count, Wait wait) {
@@ -115,19 +152,20 @@ class Block {
     return has_released;
   }
 
-  std::function<void()> body_;
+  const std::function<void()>* body_ = nullptr;
+  Order order_ = Order::kAscending;
   std::vector<Lane> lanes_;
-  ucontext_t scheduler_;
+  std::vector<std::unique_ptr<Fiber>> fibers_;
+  Fiber* making_ = nullptr;
+  jmp_buf scheduler_;
+  int started_ = 0;  // lanes that have begun
   int current_ = 0;
   bool is_partial_ = false;  // a warp was asked for some of its lanes only
 };
 
 inline Block the_block;
 
-inline void Block::Enter() {
-  the_block.body_();
-  the_block.lanes_[static_cast<size_t>(the_block.current_)].is_done = true;
-}
+inline void Block::Enter() { the_block.RunFiber(); }
 
 template <class T>
 uint64_t Bits(T value) {
@@ -150,6 +188,12 @@ struct LaneIndex {
   } x;
 };
 
+struct BlockSize {
+  struct X {
+    operator unsigned() const { return static_cast<unsigned>(the_block.lane_count()); }
+  } x;
+};
+
 struct BlockIndex {
   unsigned x = 0;
 };
@@ -158,6 +202,7 @@ struct BlockIndex {
 
 // CUDA's words, as far as the kernels use them.
 inline const amhex::lockstep::LaneIndex threadIdx{};
+inline const amhex::lockstep::BlockSize blockDim{};
 inline amhex::lockstep::BlockIndex blockIdx{};
 
 #define __device__
@@ -186,7 +231,7 @@ namespace amhex::lockstep {
 
 inline unsigned Ballot(unsigned mask, bool predicate, int site) {
   the_block.Require(mask);
-  const std::vector<uint64_t> values = the_block.Exchange(predicate ? 1 : 0, site);
+  const WarpValues values = the_block.Exchange(predicate ? 1 : 0, site);
   unsigned bits = 0;
   for (int i = 0; i < kLanesPerWarp; ++i) {
     bits |= static_cast<unsigned>(values[static_cast<size_t>(i)]) << i;

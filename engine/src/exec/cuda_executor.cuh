@@ -139,6 +139,17 @@ class CudaExecutor {
     });
   }
 
+  // Scratch memory for sorting so many pairs: the largest that any operation here needs.
+  static int64_t SortBytes(int64_t count) {
+    size_t bytes = 0;
+    CheckCuda(cub::DeviceRadixSort::SortPairs(nullptr, bytes, static_cast<const uint32_t*>(nullptr),
+                                              static_cast<uint32_t*>(nullptr),
+                                              static_cast<const int32_t*>(nullptr),
+                                              static_cast<int32_t*>(nullptr), count, 0, 32),
+              "ask for the sort's memory");
+    return static_cast<int64_t>(bytes);
+  }
+
   // The first two or three repetitions run as they are called, and so size all scratch memory; the
   // rest are replays of a graph of two (two, because steps may exchange double buffers). The host
   // is never more than two batches ahead and waits for nothing else.

@@ -15,11 +15,15 @@ class TileLabeller<CudaExecutor> {
  public:
   TileLabeller(CudaExecutor& executor, const RelaxationTask& task)
       : executor_(executor), tiles_per_group_(TilesPerGroup(task.barrier.lattice)) {
-    const std::vector<LabelGroup> groups =
-        BundleLabelItems(task.barrier.lattice, task.items, tiles_per_group_);
+    const std::vector<LabelGroup> groups = GroupsOf(task);
     const auto count = static_cast<int64_t>(groups.size());
     groups_ = executor.Alloc<LabelGroup>(count);
     executor.CopyIn(groups.data(), count, groups_);
+  }
+
+  // Device memory that it takes.
+  static int64_t Bytes(const RelaxationTask& task) {
+    return static_cast<int64_t>(GroupsOf(task).size() * sizeof(LabelGroup));
   }
 
   void Label(const LabelTileBody& body) {
@@ -31,6 +35,11 @@ class TileLabeller<CudaExecutor> {
   }
 
  private:
+  static std::vector<LabelGroup> GroupsOf(const RelaxationTask& task) {
+    const FccLattice& lattice = task.barrier.lattice;
+    return BundleLabelItems(lattice, task.items, TilesPerGroup(lattice));
+  }
+
   CudaExecutor& executor_;
   int tiles_per_group_;
   DeviceBuffer<LabelGroup> groups_;

@@ -86,8 +86,14 @@ struct RelaxationArrays {
   }
 };
 
-// The most memory that a relaxation of `task` takes where its bodies run, but for what the
-// machine's sort needs in passing (about 8 bytes per site). Within 10 % of the truth.
+// The most points that a relaxation of `task` sorts at once.
+inline int64_t LargestSort(const RelaxationTask& task) {
+  const auto nodes = static_cast<int64_t>(task.position.size() + task.sample_position.size());
+  return Larger(SiteCapacity(task), nodes);
+}
+
+// The most memory that a relaxation of `task` takes where its bodies run, but for what an executor
+// needs of its own. Within 10 % of the truth.
 template <class E>
 int64_t RelaxationBytes(const RelaxationTask& task) {
   const auto bytes = [](const auto& host) {

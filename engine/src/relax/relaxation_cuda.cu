@@ -64,7 +64,8 @@ void RequireMemory(const RelaxationTask& task) {
   size_t free = 0, total = 0;
   CheckCuda(cudaMemGetInfo(&free, &total), "ask for the device's memory");
   const int64_t needed = RelaxationBytes<CudaExecutor>(task) +
-                         static_cast<int64_t>(task.items.size() * sizeof(LabelGroup));
+                         TileLabeller<CudaExecutor>::Bytes(task) +
+                         CudaExecutor::SortBytes(LargestSort(task));
   if (needed <= static_cast<int64_t>(free)) return;
   throw CudaError("relaxing " + std::to_string(task.position.size()) + " sites needs about " +
                       std::to_string(needed) + " bytes of device memory, " + std::to_string(free) +

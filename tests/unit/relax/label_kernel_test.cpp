@@ -1,6 +1,7 @@
 // The device's labelling, run in lockstep on the host, against the body that the CPU runs.
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct LabelKernelCase {
   int site_count;
   float size_spread;
 };
+
+void PrintTo(const LabelKernelCase& c, std::ostream* out) { *out << c.name; }
 
 class LabelKernel : public testing::TestWithParam<LabelKernelCase> {
  protected:

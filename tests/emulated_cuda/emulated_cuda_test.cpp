@@ -1,0 +1,208 @@
+// What the CUDA library does with a device: memory, failures, streams, graphs. On the emulated one.
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "amhex/mesher.h"
+#include "emulated_cuda/emulated_device.h"
+#include "exec/cpu_executor.h"
+#include "relax/cuda_library.h"
+#include "relax/relaxation_cpu.h"
+#include "relax/relaxation_impl.h"
+#include "unit/relax/relax_fixtures.h"
+
+namespace amhex {
+namespace {
+
+using emulated::Controls;
+using emulated::Device;
+using ::testing::HasSubstr;
+
+// Before the engine looks for its library, once per process.
+const int kLibraryIsNamed = setenv("AMHEX_CUDA_LIBRARY", AMHEX_EMULATED_LIBRARY, 1);
+
+Device* FindDevice() {
+  void* library = dlopen(AMHEX_EMULATED_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) return nullptr;
+  auto* find = reinterpret_cast<emulated::DeviceFunction*>(dlsym(library, emulated::kDeviceSymbol));
+  return find == nullptr ? nullptr : find();
+}
+
+RelaxationTask SmallTask(int32_t iterations) { return RandomTask(150, iterations, 1.5); }
+
+class EmulatedCuda : public testing::Test {
+ protected:
+  void SetUp() override {
+#if defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "the thread sanitizer does not follow fibers";
+#endif
+    device_ = FindDevice();
+    ASSERT_NE(device_, nullptr);
+    ASSERT_TRUE(DescribeCuda().ok()) << DescribeCuda().status();
+    device_->Restart();
+    ASSERT_EQ(device_->controls.used, 0);
+  }
+
+  void TearDown() override {
+    if (device_ != nullptr) device_->Restart();
+  }
+
+  Controls& controls() { return device_->controls; }
+
+  // Runs once more and compares with the CPU: the device is as good as before.
+  void ExpectUsable() {
+    device_->Restart();
+    RelaxationTask cuda = SmallTask(2), cpu = SmallTask(2);
+    ASSERT_TRUE(RelaxOnCuda(cuda).ok());
+    RelaxOnCpu(cpu);
+    EXPECT_EQ(cuda.position, cpu.position);
+    EXPECT_EQ(controls().used, 0);
+    EXPECT_EQ(controls().stray_frees, 0);
+  }
+
+  Device* device_ = nullptr;
+};
+
+TEST_F(EmulatedCuda, ReplaysMostIterationsAndWaitsForNone) {
+  std::vector<int64_t> waits;
+  for (const int32_t iterations : {6, 13}) {
+    device_->Restart();
+    RelaxationTask cuda = SmallTask(iterations), cpu = SmallTask(iterations);
+    cuda.propagates_orientation = cpu.propagates_orientation = false;
+    std::vector<int32_t> reported;
+    cuda.on_iteration = [&](int32_t iteration, double, int64_t) { reported.push_back(iteration); };
+    ASSERT_TRUE(RelaxOnCuda(cuda).ok());
+    RelaxOnCpu(cpu);
+    EXPECT_EQ(cuda.position, cpu.position);
+    EXPECT_EQ(cuda.point_count, cpu.point_count);
+    ASSERT_EQ(reported.size(), static_cast<size_t>(iterations));
+    for (int32_t i = 0; i < iterations; ++i) EXPECT_EQ(reported[static_cast<size_t>(i)], i + 1);
+    EXPECT_EQ(controls().replays, (iterations - 2) / 2);
+    waits.push_back(controls().waits);
+  }
+  EXPECT_EQ(waits[0], waits[1]);
+}
+
+TEST_F(EmulatedCuda, TakesAsMuchMemoryAsEstimated) {
+  for (const int32_t iterations : {0, 3}) {
+    for (const int sites : {1000, 5000}) {
+      device_->Restart();
+      RelaxationTask refused = RandomTask(sites, iterations);
+      controls().capacity = 1;
+      const std::string refusal(RelaxOnCuda(refused).status().message());
+      constexpr char kAnnouncement[] = "needs about ";
+      ASSERT_THAT(refusal, HasSubstr(kAnnouncement));
+      const double estimate =
+          std::stod(refusal.substr(refusal.find(kAnnouncement) + sizeof(kAnnouncement) - 1));
+      device_->Restart();
+      RelaxationTask task = RandomTask(sites, iterations);
+      ASSERT_TRUE(RelaxOnCuda(task).ok());
+      EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1)
+          << sites << " sites, " << iterations << " iterations";
+      EXPECT_EQ(controls().used, 0);
+    }
+  }
+}
+
+TEST_F(EmulatedCuda, RefusesWhatDoesNotFitBeforeTakingAnyMemory) {
+  RelaxationTask task = SmallTask(2);
+  controls().capacity = RelaxationBytes<CpuExecutor>(task) * 9 / 10;
+  const auto outcome = RelaxOnCuda(task);
+  EXPECT_EQ(outcome.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(outcome.status().message()),
+              HasSubstr(" of " + std::to_string(controls().capacity)));
+  EXPECT_EQ(controls().peak, 0);
+  ExpectUsable();
+}
+
+// Somebody else takes the memory after the check: any allocation may be the one that fails.
+TEST_F(EmulatedCuda, MemoryThatEndsOnTheWayIsToldWithNumbersAndGivenBack) {
+  RelaxationTask whole = SmallTask(2);
+  ASSERT_TRUE(RelaxOnCuda(whole).ok());
+  const int64_t calls = controls().calls;
+  int exhausted = 0;
+  for (int64_t call = 0; call < calls; call += 7) {
+    device_->Restart();
+    controls().failing_call = call;
+    controls().failure = emulated::kOutOfMemory;
+    RelaxationTask task = SmallTask(2);
+    const auto outcome = RelaxOnCuda(task);
+    EXPECT_EQ(controls().used, 0) << "call " << call;
+    // A call in a destructor fails unnoticed.
+    if (outcome.ok()) continue;
+    EXPECT_EQ(outcome.status().code(), absl::StatusCode::kResourceExhausted) << "call " << call;
+    EXPECT_THAT(std::string(outcome.status().message()), HasSubstr("out of memory"));
+    ++exhausted;
+  }
+  EXPECT_GT(exhausted, calls / 7 / 2);
+  EXPECT_FALSE(IsDeviceLost());
+  ExpectUsable();
+}
+
+TEST_F(EmulatedCuda, AnyFailureEndsTheRunAndLeavesTheDeviceUsable) {
+  RelaxationTask whole = SmallTask(5);
+  ASSERT_TRUE(RelaxOnCuda(whole).ok());
+  const int64_t calls = controls().calls;
+  int failed = 0;
+  for (int64_t call = 3; call < calls; call += 11) {
+    device_->Restart();
+    controls().failing_call = call;
+    RelaxationTask task = SmallTask(5);
+    const auto outcome = RelaxOnCuda(task);
+    EXPECT_EQ(controls().used, 0) << "call " << call;
+    if (outcome.ok()) continue;
+    EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInternal) << "call " << call;
+    ++failed;
+  }
+  EXPECT_GT(failed, calls / 11 / 2);
+  EXPECT_FALSE(IsDeviceLost());
+  ExpectUsable();
+}
+
+TEST_F(EmulatedCuda, StopsWhereverItIsAskedTo) {
+  for (int polls = 0; polls < 400; polls += 13) {
+    device_->Restart();
+    RelaxationTask task = SmallTask(6);
+    int left = polls;
+    task.should_stop = [&] { return left-- <= 0; };
+    const auto outcome = RelaxOnCuda(task);
+    ASSERT_TRUE(outcome.ok()) << outcome.status();
+    EXPECT_EQ(*outcome, left < 0 ? RelaxationOutcome::kStopped : RelaxationOutcome::kDone) << polls;
+    EXPECT_EQ(controls().used, 0) << polls;
+  }
+  ExpectUsable();
+}
+
+TEST_F(EmulatedCuda, RunsSeveralJobsAtOnce) {
+  RelaxationTask expected = SmallTask(4);
+  RelaxOnCpu(expected);
+  std::vector<RelaxationTask> tasks(3, SmallTask(4));
+  std::vector<std::thread> threads;
+  for (RelaxationTask& task : tasks) {
+    threads.emplace_back([&task] { EXPECT_TRUE(RelaxOnCuda(task).ok()); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const RelaxationTask& task : tasks) EXPECT_EQ(task.position, expected.position);
+  EXPECT_EQ(controls().used, 0);
+}
+
+// Last, since the process remembers.
+TEST_F(EmulatedCuda, ZAFailureThatLastsMeansTheDeviceIsLost) {
+  controls().failing_call = 40;
+  controls().failure = emulated::kIllegalAddress;
+  controls().is_sticky = true;
+  RelaxationTask task = SmallTask(2);
+  const auto outcome = RelaxOnCuda(task);
+  EXPECT_EQ(outcome.status().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(outcome.status().message()), HasSubstr("illegal memory access"));
+  EXPECT_TRUE(IsDeviceLost());
+}
+
+}  // namespace
+}  // namespace amhex

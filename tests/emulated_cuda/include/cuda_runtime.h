@@ -1,0 +1,248 @@
+// The part of CUDA's runtime that the engine uses, on the emulated device. Signatures and meaning
+// are CUDA's; comments say only where the emulation differs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "emulated_cuda/emulated_device.h"
+#include "support/lockstep.h"
+
+enum cudaError_t : int {
+  cudaSuccess = amhex::emulated::kSuccess,
+  cudaErrorInvalidValue = amhex::emulated::kInvalidValue,
+  cudaErrorMemoryAllocation = amhex::emulated::kOutOfMemory,
+  cudaErrorInvalidConfiguration = amhex::emulated::kInvalidConfiguration,
+  cudaErrorNotReady = amhex::emulated::kNotReady,
+  cudaErrorIllegalAddress = amhex::emulated::kIllegalAddress,
+  cudaErrorStreamCaptureUnsupported = amhex::emulated::kCaptureUnsupported,
+};
+enum cudaMemcpyKind : int {
+  cudaMemcpyHostToDevice,
+  cudaMemcpyDeviceToHost,
+  cudaMemcpyDeviceToDevice
+};
+enum cudaStreamCaptureMode : int { cudaStreamCaptureModeThreadLocal };
+inline constexpr unsigned cudaStreamNonBlocking = 1;
+inline constexpr unsigned cudaEventDisableTiming = 2;
+
+using cudaStream_t = amhex::emulated::Stream*;
+using cudaEvent_t = amhex::emulated::Event*;
+using cudaGraph_t = amhex::emulated::Graph*;
+using cudaGraphExec_t = amhex::emulated::Graph*;
+
+struct dim3 {
+  dim3(unsigned size_x = 1) : x(size_x) {}  // NOLINT: converts, as CUDA's does
+  unsigned x, y = 1, z = 1;
+};
+struct cudaLaunchConfig_t {
+  dim3 gridDim, blockDim;
+  size_t dynamicSmemBytes;
+  cudaStream_t stream;
+  void* attrs;
+  unsigned numAttrs;
+};
+struct cudaDeviceProp {
+  char name[256];
+  int major, minor;
+  size_t totalGlobalMem;
+};
+
+namespace amhex::emulated {
+
+// Runs `call` on the device unless the call is to fail.
+template <class Call>
+cudaError_t Do(const Call& call) {
+  Device& device = TheDevice();
+  const auto lock = device.Lock();
+  if (const int code = device.Enter(); code != kSuccess) return static_cast<cudaError_t>(code);
+  return static_cast<cudaError_t>(call(device));
+}
+
+// The same for what must work at any time: giving things back.
+template <class Call>
+cudaError_t Always(const Call& call) {
+  Device& device = TheDevice();
+  const auto lock = device.Lock();
+  call(device);
+  return cudaSuccess;
+}
+
+inline int EnqueueInto(cudaStream_t stream, Command command) {
+  TheDevice().Enqueue(*stream, std::move(command));
+  return kSuccess;
+}
+
+template <class... Parameters>
+int EnqueueKernel(const cudaLaunchConfig_t& config, void (*kernel)(Parameters...),
+                  std::tuple<Parameters...> arguments) {
+  constexpr unsigned kMaxThreads = 1024, kMaxBlocks = (1u << 31) - 1;
+  const unsigned blocks = config.gridDim.x, threads = config.blockDim.x;
+  if (blocks == 0 || blocks > kMaxBlocks || threads == 0 || threads > kMaxThreads) {
+    return kInvalidConfiguration;
+  }
+  return EnqueueInto(config.stream, [=] {
+    ++TheDevice().controls.launches;
+    lockstep::Launch(blocks, static_cast<int>(threads), lockstep::Order::kDescending,
+                     [&] { std::apply(kernel, arguments); });
+  });
+}
+
+}  // namespace amhex::emulated
+
+inline cudaError_t cudaDriverGetVersion(int* version) {
+  *version = 13000;
+  return cudaSuccess;
+}
+inline cudaError_t cudaRuntimeGetVersion(int* version) {
+  *version = 13000;
+  return cudaSuccess;
+}
+inline cudaError_t cudaGetDeviceCount(int* count) {
+  *count = 1;
+  return cudaSuccess;
+}
+inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
+  *properties = {"emulated on the host", 9, 0,
+                 static_cast<size_t>(amhex::emulated::TheDevice().controls.capacity)};
+  return cudaSuccess;
+}
+inline cudaError_t cudaGetLastError() { return cudaSuccess; }
+inline const char* cudaGetErrorString(cudaError_t code) {
+  return code == cudaErrorMemoryAllocation ? "out of memory"
+         : code == cudaErrorIllegalAddress ? "an illegal memory access was encountered"
+                                           : "an emulated failure";
+}
+inline cudaError_t cudaMemGetInfo(size_t* free, size_t* total) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    *free = static_cast<size_t>(device.controls.capacity - device.controls.used);
+    *total = static_cast<size_t>(device.controls.capacity);
+    return amhex::emulated::kSuccess;
+  });
+}
+
+inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned /*flags*/) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    *stream = device.CreateStream();
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaStreamDestroy(cudaStream_t stream) {
+  return amhex::emulated::Always(
+      [&](amhex::emulated::Device& device) { device.DestroyStream(stream); });
+}
+// Fails, where it does, after the work: nothing else is left when a device is lost.
+inline cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
+  amhex::emulated::Always([&](amhex::emulated::Device& device) {
+    ++device.controls.waits;
+    device.Drain(*stream);
+  });
+  return amhex::emulated::Do([](amhex::emulated::Device&) { return amhex::emulated::kSuccess; });
+}
+
+inline cudaError_t cudaEventCreateWithFlags(cudaEvent_t* event, unsigned /*flags*/) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    *event = new amhex::emulated::Event;
+    return amhex::emulated::kSuccess;
+  });
+}
+// Commands may still hold the event: it stays.
+inline cudaError_t cudaEventDestroy(cudaEvent_t /*event*/) { return cudaSuccess; }
+inline cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    const int64_t number = ++event->recorded;
+    return amhex::emulated::EnqueueInto(stream, [=] { event->reached = number; });
+  });
+}
+inline cudaError_t cudaEventQuery(cudaEvent_t event) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    if (event->reached == event->recorded) return amhex::emulated::kSuccess;
+    device.Advance();
+    return amhex::emulated::kNotReady;
+  });
+}
+
+inline cudaError_t cudaMallocAsync(void** memory, size_t bytes, cudaStream_t stream) {
+  return amhex::emulated::Do(
+      [&](amhex::emulated::Device& device) { return device.Allocate(*stream, bytes, memory); });
+}
+inline cudaError_t cudaFreeAsync(void* memory, cudaStream_t stream) {
+  return amhex::emulated::Always(
+      [&](amhex::emulated::Device& device) { device.Free(*stream, memory); });
+}
+inline cudaError_t cudaMallocHost(void** memory, size_t bytes) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    *memory = std::malloc(bytes);
+    device.pinned.insert(*memory);
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaFreeHost(void* memory) {
+  return amhex::emulated::Always([&](amhex::emulated::Device& device) {
+    device.pinned.erase(memory);
+    std::free(memory);
+  });
+}
+inline cudaError_t cudaMemcpyAsync(void* to, const void* from, size_t bytes, cudaMemcpyKind kind,
+                                   cudaStream_t stream) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    return device.Copy(*stream, to, from, bytes, kind == cudaMemcpyHostToDevice,
+                       kind == cudaMemcpyDeviceToHost);
+  });
+}
+inline cudaError_t cudaMemsetAsync(void* memory, int value, size_t bytes, cudaStream_t stream) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    return amhex::emulated::EnqueueInto(stream, [=] { std::memset(memory, value, bytes); });
+  });
+}
+
+template <class... Parameters, class... Arguments>
+cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t* config, void (*kernel)(Parameters...),
+                               const Arguments&... arguments) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    return amhex::emulated::EnqueueKernel(*config, kernel, std::tuple<Parameters...>(arguments...));
+  });
+}
+
+inline cudaError_t cudaStreamBeginCapture(cudaStream_t stream, cudaStreamCaptureMode) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    stream->is_capturing = true;
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaStreamEndCapture(cudaStream_t stream, cudaGraph_t* graph) {
+  stream->is_capturing = false;
+  std::vector<amhex::emulated::Command> captured = std::exchange(stream->captured, {});
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    *graph = new amhex::emulated::Graph{std::move(captured)};
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaGraphInstantiate(cudaGraphExec_t* executable, cudaGraph_t graph,
+                                        unsigned long long /*flags*/) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    *executable = new amhex::emulated::Graph(*graph);
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaGraphDestroy(cudaGraph_t graph) {
+  delete graph;
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t executable) {
+  return cudaGraphDestroy(executable);
+}
+inline cudaError_t cudaGraphLaunch(cudaGraphExec_t executable, cudaStream_t stream) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    ++device.controls.replays;
+    for (const amhex::emulated::Command& command : executable->commands) {
+      device.Enqueue(*stream, command);
+    }
+    return amhex::emulated::kSuccess;
+  });
+}
