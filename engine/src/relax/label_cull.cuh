@@ -65,7 +65,11 @@ struct GroupMemory {
   int32_t warp_list[kGroupTiles][kWarpWidth];  // places of candidates, ascending ids
   PartialSums sums[kCandidateCapacity];
   float axis[3][kGroupWidth];  // position of every coordinate of the group
-  float warp_bound[kGroupTiles];
+  alignas(16) float warp_bound[kGroupTiles];
+  // Worked out in double precision, which many chips are slow at: by one thread for all.
+  LabelTileBody::Search search;
+  float cube_half_width;  // of a warp's part
+  float block_half_width;
   int32_t found;  // may exceed the capacity
   int32_t is_stopped;
 };
@@ -78,6 +82,8 @@ struct WarpCube {
   float bound = 0;   // of the owners' distances
   int32_t item = 0;  // or kNoItem: nothing to do
   int first_block = 0;
+  // Lower bounds of the lane's first and second candidate: seldom are there more.
+  float lower[2] = {};
 };
 
 __device__ inline Vec3f CentreBetween(const GroupMemory& shared, const LatticePoint& offset,
@@ -94,11 +100,18 @@ __device__ inline float SmallestInGroup(float value, int lanes) {
   return value;
 }
 
+// Lower bounds over the group above this are those of no owner, if its points turn out to have
+// owners within reach (ReachOf). Once all bins are searched every site counts.
+__device__ inline float OwnerLimit(const LabelTileBody& body, const LabelTileBody::Search& search) {
+  return body.HasSeenAll(search) ? kUnboundedReach : search.reach / kSquareRootOfThree;
+}
+
 // Eight lanes per row of bins within reach; returns nothing that depends on the order of finding.
 __device__ inline void CollectTogether(const LabelTileBody& body,
                                        const LabelTileBody::Search& search, GroupMemory& shared) {
   const BinGrid& bins = body.bins;
   const float radius = body.SearchRadius(search);
+  const float limit = OwnerLimit(body, search);
   const Vec3f& c = search.centre;
   const int32_t low_x = bins.CoordinateOf(c.x - radius, bins.count_x);
   const int32_t high_x = bins.CoordinateOf(c.x + radius, bins.count_x);
@@ -114,7 +127,8 @@ __device__ inline void CollectTogether(const LabelTileBody& body,
     const int64_t end = bins.starts[bins.BinAt(high_x, y, z) + 1];
     for (int64_t slot = begin + thread % kRowLanes; slot < end; slot += kRowLanes) {
       const SiteMetric site = body.metric[slot];
-      if (!body.IsWithinReach(search, site)) continue;
+      if (site.is_inside != search.is_inside) continue;
+      if (BoundsOverCube(site, c, search.half_width).lower > limit) continue;
       const int32_t place = atomicAdd(&shared.found, 1);
       if (place >= kCandidateCapacity) continue;
       SharedCandidate& candidate = shared.candidate[place];
@@ -124,22 +138,42 @@ __device__ inline void CollectTogether(const LabelTileBody& body,
   }
 }
 
-// The smallest upper bound over the warp's own cube; the same value in every lane.
-__device__ inline float BoundCube(const GroupMemory& shared, int count, const WarpCube& cube) {
+// The smallest upper bound over the warp's own cube; the same value in every lane. Keeps the first
+// lower bounds.
+__device__ inline float BoundCube(const GroupMemory& shared, int count, WarpCube& cube) {
   float bound = kUnboundedReach;
   for (int k = static_cast<int>(threadIdx.x) % kWarpWidth; k < count; k += kWarpWidth) {
     const SiteMetric site = shared.candidate[k].Metric();
-    bound = Smaller(bound, BoundsOverCube(site, cube.centre, cube.half_width).upper);
+    const DistanceBounds bounds = BoundsOverCube(site, cube.centre, cube.half_width);
+    bound = Smaller(bound, bounds.upper);
+    if (k < kWarpWidth) {
+      cube.lower[0] = bounds.lower;
+    } else if (k < 2 * kWarpWidth) {
+      cube.lower[1] = bounds.lower;
+    }
   }
   return SmallestInGroup(bound, kWarpWidth);
 }
+
+__device__ inline float LowerBound(const GroupMemory& shared, int k, const WarpCube& cube) {
+  if (k < kWarpWidth) return cube.lower[0];
+  if (k < 2 * kWarpWidth) return cube.lower[1];
+  const SiteMetric site = shared.candidate[k].Metric();
+  return BoundsOverCube(site, cube.centre, cube.half_width).lower;
+}
+
+// How far the owners of a cube's points are, nearly always: the nearest site is within so many cell
+// sizes of the centre, and distances grow so fast on the way to the corners (1 along the site's
+// axes, 1.73 across). Too short a reach costs a second search; 1 % of them on jittered sites.
+inline constexpr float kTypicalDistance = 0.6f;
+inline constexpr float kTypicalGrowth = 1.3f;
 
 // Gathers the group's candidates as LabelTileBody::Gather does a tile's, and bounds the cube of
 // every warp. Returns how many, or -1 if they do not fit: the same answer in every thread.
 __device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::Search& search,
                                      WarpCube& cube, GroupMemory& shared) {
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
-  search.reach = kFirstReach;
+  search.reach = body.ReachOf(kTypicalDistance + kTypicalGrowth * shared.cube_half_width);
   while (true) {
     __syncthreads();
     if (threadIdx.x == 0) shared.found = 0;
@@ -172,11 +206,7 @@ __device__ inline int ListForWarp(GroupMemory& shared, int count, const WarpCube
   int listed = 0;
   for (int first = 0; first < count; first += kWarpWidth) {
     const int k = first + lane;
-    bool is_near = false;
-    if (k < count) {
-      const SiteMetric site = shared.candidate[k].Metric();
-      is_near = BoundsOverCube(site, cube.centre, cube.half_width).lower <= cube.bound + kCullSlack;
-    }
+    const bool is_near = k < count && LowerBound(shared, k, cube) <= cube.bound + kCullSlack;
     const unsigned near = __ballot_sync(kWholeWarp, is_near);
     const int place = listed + CountBits(near & below);
     listed += CountBits(near);

@@ -19,27 +19,21 @@ __device__ inline Vec3f PointOfLane(const GroupMemory& shared, const LatticePoin
           shared.axis[2][offset.z + q.z]};
 }
 
-// Which point of the block belongs to which of the list's candidates in `near`: every lane returns
-// the points of the candidate with its own number, and has its point's owner in `owner`.
+// Which points of the block belong to which of the list's candidates in `near`: every lane returns
+// those of the candidate with its own number.
 __device__ inline unsigned OwnPointsTogether(const GroupMemory& shared, unsigned near,
-                                             const Vec3f& position, float limit, int32_t& owner) {
+                                             const Vec3f& position, float limit) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
   float nearest = limit;
-  owner = kNoOwner;
-  for (unsigned left = near; left != 0; left &= left - 1) {
-    const int k = __ffs(static_cast<int>(left)) - 1;
-    const float distance = ChebyshevDistance(shared.candidate[list[k]].Metric(), position);
-    if (distance < nearest) {  // ids ascend: the first of equal distances stays
-      nearest = distance;
-      owner = k;
-    }
-  }
   unsigned own = 0;
   for (unsigned left = near; left != 0; left &= left - 1) {
     const int k = __ffs(static_cast<int>(left)) - 1;
-    const unsigned owned = __ballot_sync(kWholeWarp, owner == k);
-    if (lane == k) own = owned;
+    const float distance = ChebyshevDistance(shared.candidate[list[k]].Metric(), position);
+    // Ids ascend: the first of equal distances stays.
+    const unsigned taken = __ballot_sync(kWholeWarp, distance < nearest);
+    nearest = Smaller(nearest, distance);
+    own = lane == k ? taken : own & ~taken;
   }
   return own;
 }
@@ -55,14 +49,6 @@ struct LaneSums {
     x += n * offset.x + SumOfCoordinate(owned, kXLow, kXHigh);
     y += n * offset.y + SumOfCoordinate(owned, kYLow, kYHigh);
     z += n * offset.z + SumOfCoordinate(owned, kZLow, kZHigh);
-  }
-  // Coordinates 0..3 of a block sum to 48 along each axis.
-  __device__ void AddWholeBlock(const LatticePoint& offset) {
-    constexpr int32_t kSumOfBlock = 48;
-    count += kBlockPoints;
-    x += kBlockPoints * offset.x + kSumOfBlock;
-    y += kBlockPoints * offset.y + kSumOfBlock;
-    z += kBlockPoints * offset.z + kSumOfBlock;
   }
 };
 
@@ -86,71 +72,106 @@ __device__ inline void StoreLabel(const LabelTileBody& body, const WarpCube& cub
   body.labels[first + static_cast<int>(threadIdx.x) % kWarpWidth] = site;
 }
 
-// Labels the warp's blocks with the candidates of its list. Lanes bound several blocks at once:
-// lane = block in the round * width + candidate.
+// One round of LabelWithList: a lane stands for one block and one candidate of the list, lane =
+// block in the round * width + candidate.
+struct LaneInRound {
+  int width = 1;        // power of two
+  LatticePoint at;      // of the lane's block, from the group's base
+  unsigned points = 0;  // of the lane's block; 0 where there is none
+  unsigned near = 0;    // which candidates may own points of it
+};
+
+__device__ inline LatticePoint BlockInGroup(const WarpCube& cube, int block) {
+  const LatticePoint in_cube = BlockInTile(block);
+  return {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y, cube.offset.z + in_cube.z};
+}
+
+// Bounds the candidates over the blocks from `first` on.
+template <int kWarpBlocks>
+__device__ inline LaneInRound BoundRound(const GroupMemory& shared, const WarpCube& cube,
+                                         const SiteMetric& site, bool is_listed, float limit,
+                                         int first, int width) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+  const int block = first + lane / width;
+  const bool is_block = block < kWarpBlocks;
+  LaneInRound round;
+  round.width = width;
+  round.at = BlockInGroup(cube, is_block ? block : 0);
+  bool is_near = is_listed && is_block;
+  if (kWarpBlocks > 1) {
+    const DistanceBounds bounds =
+        BoundsOverCube(site, CentreBetween(shared, round.at, kBlockWidth), shared.block_half_width);
+    const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, width);
+    is_near = is_near && bounds.lower <= Smaller(upper, limit) + kCullSlack;
+  }
+  const unsigned width_mask = width == kWarpWidth ? kWholeWarp : (1u << width) - 1u;
+  round.near = (__ballot_sync(kWholeWarp, is_near) >> (lane / width * width)) & width_mask;
+  return round;
+}
+
+// Writes the labels of a block; `owned` as of OwnPointsTogether.
+__device__ inline void StoreLabels(const LabelTileBody& body, const WarpCube& cube,
+                                   const GroupMemory& shared, int block, unsigned owned) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+  const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
+  int32_t owner = kNoOwner;
+  for (int k = 0; k < kWarpWidth; ++k) {
+    const unsigned points = __shfl_sync(kWholeWarp, owned, k);
+    if (((points >> lane) & 1u) != 0) owner = shared.candidate[list[k]].id;
+  }
+  StoreLabel(body, cube, block, owner);
+}
+
+// Labels the warp's blocks with the candidates of its list. Blocks of one cell are added by their
+// lanes at once; the others come one after the other, a lane per point.
 template <int kWarpBlocks>
 __device__ inline void LabelWithList(const LabelTileBody& body, const LabelTileBody::Search& search,
                                      const WarpCube& cube, int listed, GroupMemory& shared) {
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
-  const int32_t* list = shared.warp_list[warp];
   const LabelItem item = body.items[cube.item];
   const bool wants_second = body.WantsSecondMoments();
-  const float half_width = static_cast<float>(body.BlockHalfWidth());
   int width = 1;
   while (width < listed) width *= 2;
-  const int round = Smaller(kWarpBlocks, kWarpWidth / width);
-  const unsigned width_mask = width == kWarpWidth ? kWholeWarp : (1u << width) - 1u;
+  const int blocks = Smaller(kWarpBlocks, kWarpWidth / width);
   const int own = lane % width;
-  const bool is_listed = own < listed;
-  const SiteMetric site = shared.candidate[is_listed ? list[own] : 0].Metric();
+  const int32_t place = own < listed ? shared.warp_list[warp][own] : 0;
+  const SiteMetric site = shared.candidate[place].Metric();
   LaneSums sums;
-  PartialSums& group_sums = shared.sums[is_listed ? list[own] : 0];
-  for (int first = 0; first < kWarpBlocks; first += round) {
-    const int bounded = first + lane / width;
-    bool is_near = is_listed && bounded < kWarpBlocks;
-    if (kWarpBlocks > 1) {
-      const LatticePoint in_cube = BlockInTile(is_near ? bounded : 0);
-      const LatticePoint at = {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y,
-                               cube.offset.z + in_cube.z};
-      const DistanceBounds bounds =
-          BoundsOverCube(site, CentreBetween(shared, at, kBlockWidth), half_width);
-      const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, width);
-      is_near = is_near && bounds.lower <= Smaller(upper, search.limit) + kCullSlack;
+  for (int first = 0; first < kWarpBlocks; first += blocks) {
+    LaneInRound round =
+        BoundRound<kWarpBlocks>(shared, cube, site, own < listed, search.limit, first, width);
+    const int own_block = first + lane / width;
+    if (own_block < kWarpBlocks) round.points = body.PointsOf(item, cube.first_block + own_block);
+    const bool is_alone = (round.near & (round.near - 1u)) == 0 && search.is_inside != 0;
+    const unsigned alone = is_alone && (round.near >> own) == 1u ? round.points : 0u;
+    sums.Add(alone, round.at);
+    if (wants_second) AddSecondSums(alone, round.at, shared.sums[place]);
+    if (!body.labels.empty()) {
+      for (int i = 0; i < blocks; ++i) {
+        const unsigned of_block = __shfl_sync(kWholeWarp, alone, (i * width + lane) % kWarpWidth);
+        StoreLabels(body, cube, shared, cube.first_block + first + i, lane < width ? of_block : 0u);
+      }
     }
-    const unsigned near_in_round = __ballot_sync(kWholeWarp, is_near);
-    for (int i = 0; i < round; ++i) {
-      const int in_cube_block = first + i;
-      const int block = cube.first_block + in_cube_block;
-      const unsigned points = body.PointsOf(item, block);
-      const unsigned near = (near_in_round >> (i * width)) & width_mask;
-      const LatticePoint in_cube = BlockInTile(in_cube_block);
-      const LatticePoint at = {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y,
-                               cube.offset.z + in_cube.z};
-      const bool is_alone = (near & (near - 1u)) == 0 && search.is_inside != 0;
-      int32_t owner = __ffs(static_cast<int>(near)) - 1;
-      unsigned owned = lane == owner ? points : 0u;
-      if (is_alone && points == kWholeWarp) {
-        if (lane == owner) sums.AddWholeBlock(at);
-      } else {
-        if (!is_alone) {
-          owned = points &
-                  OwnPointsTogether(shared, near, PointOfLane(shared, at), search.limit, owner);
-        }
-        sums.Add(owned, at);
-      }
-      if (wants_second) AddSecondSums(owned, at, group_sums);
-      if (!body.labels.empty()) {
-        const bool is_owned = owner >= 0 && ((points >> lane) & 1u) != 0;
-        StoreLabel(body, cube, block, is_owned ? shared.candidate[list[owner]].id : kNoOwner);
-      }
+    unsigned left = __ballot_sync(kWholeWarp, own == 0 && !is_alone && round.points != 0);
+    for (; left != 0; left &= left - 1) {
+      const int speaker = __ffs(static_cast<int>(left)) - 1;
+      const unsigned near = __shfl_sync(kWholeWarp, round.near, speaker);
+      const int block = first + speaker / width;
+      const LatticePoint at = BlockInGroup(cube, block);
+      const unsigned owned = __shfl_sync(kWholeWarp, round.points, speaker) &
+                             OwnPointsTogether(shared, near, PointOfLane(shared, at), search.limit);
+      sums.Add(owned, at);
+      if (wants_second) AddSecondSums(owned, at, shared.sums[place]);
+      if (!body.labels.empty()) StoreLabels(body, cube, shared, cube.first_block + block, owned);
     }
   }
-  if (lane >= listed || sums.count == 0) return;
-  atomicAdd(&group_sums.first[0], sums.count);
-  atomicAdd(&group_sums.first[1], sums.x);
-  atomicAdd(&group_sums.first[2], sums.y);
-  atomicAdd(&group_sums.first[3], sums.z);
+  if (sums.count == 0) return;
+  int32_t* group_sums = shared.sums[place].first;
+  atomicAdd(&group_sums[0], sums.count);
+  atomicAdd(&group_sums[1], sums.x);
+  atomicAdd(&group_sums[2], sums.y);
+  atomicAdd(&group_sums[3], sums.z);
 }
 
 // The owner of the lane's point among all of the group's candidates.
@@ -227,8 +248,7 @@ __device__ inline void FlushSums(const LabelTileBody& body, const LatticePoint& 
 
 // The cube of one warp: an octant of the group, or of its only tile.
 template <int kWarpBlocks>
-__device__ inline WarpCube CubeOfWarp(const LabelTileBody& body, const LabelGroup& group,
-                                      const GroupMemory& shared) {
+__device__ inline WarpCube CubeOfWarp(const LabelGroup& group, const GroupMemory& shared) {
   constexpr int kCubeWidth = kWarpBlocks == 1 ? kBlockWidth : kTileWidth;
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
   WarpCube cube;
@@ -238,8 +258,7 @@ __device__ inline WarpCube CubeOfWarp(const LabelTileBody& body, const LabelGrou
   cube.item = group.item[kWarpBlocks == 1 ? 0 : warp];
   cube.first_block = kWarpBlocks == 1 ? warp : 0;
   cube.centre = CentreBetween(shared, cube.offset, kCubeWidth);
-  cube.half_width =
-      static_cast<float>(kWarpBlocks == 1 ? body.BlockHalfWidth() : body.TileHalfWidth());
+  cube.half_width = shared.cube_half_width;
   return cube;
 }
 
@@ -264,7 +283,6 @@ __global__ void __launch_bounds__(kGroupThreads, kBlocksPerMultiprocessor)
                       const int32_t* stop_flag) {
   __shared__ GroupMemory shared;
   const LabelGroup& group = groups[blockIdx.x];
-  LabelTileBody::Search search = SearchOf<kWarpBlocks>(body, group);
   if (threadIdx.x < 3 * kGroupWidth) {
     const int axis = static_cast<int>(threadIdx.x) / kGroupWidth;
     const int i = static_cast<int>(threadIdx.x) % kGroupWidth;
@@ -274,10 +292,15 @@ __global__ void __launch_bounds__(kGroupThreads, kBlocksPerMultiprocessor)
   // One thread reads, so that all of the block stay or leave.
   if (threadIdx.x == 0) {
     shared.is_stopped = *static_cast<const volatile int32_t*>(stop_flag);
+    shared.search = SearchOf<kWarpBlocks>(body, group);
+    shared.block_half_width = static_cast<float>(body.BlockHalfWidth());
+    shared.cube_half_width =
+        kWarpBlocks == 1 ? shared.block_half_width : static_cast<float>(body.TileHalfWidth());
   }
   __syncthreads();
   if (shared.is_stopped != 0) return;
-  WarpCube cube = CubeOfWarp<kWarpBlocks>(body, group, shared);
+  LabelTileBody::Search search = shared.search;
+  WarpCube cube = CubeOfWarp<kWarpBlocks>(group, shared);
   const int count = GatherTogether(body, search, cube, shared);
   for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
     shared.sums[k] = PartialSums{};
