@@ -10,6 +10,13 @@
 #include "relax/label_body.h"
 #include "relax/label_groups.h"
 
+// Loops of one or two rounds: unrolled copies would only crowd the instruction cache.
+#if defined(__CUDACC__)
+#define AMHEX_ROLLED _Pragma("unroll 1")
+#else
+#define AMHEX_ROLLED
+#endif
+
 namespace amhex {
 
 inline constexpr int kWarpWidth = 32;
@@ -21,6 +28,7 @@ static_assert(kGroupTiles == kTileBlocks, "a warp has a tile of the group or a b
 inline constexpr int kBlocksPerMultiprocessor = 4;
 // Lanes that walk a row of bins together: a row within reach holds about as many sites.
 inline constexpr int kRowLanes = 8;
+inline constexpr int kBinRangeEnds = 6;
 inline constexpr int kGroupWidth = kGroupWidthInTiles * kTileWidth;
 
 struct alignas(16) FourFloats {
@@ -70,7 +78,8 @@ struct GroupMemory {
   LabelTileBody::Search search;
   float cube_half_width;  // of a warp's part
   float block_half_width;
-  int32_t found;  // may exceed the capacity
+  int32_t bin_range[kBinRangeEnds];  // first and last bin along x, y, z
+  int32_t found;                     // may exceed the capacity
   int32_t is_stopped;
 };
 
@@ -106,29 +115,38 @@ __device__ inline float OwnerLimit(const LabelTileBody& body, const LabelTileBod
   return body.HasSeenAll(search) ? kUnboundedReach : search.reach / kSquareRootOfThree;
 }
 
+// The bins within reach; one thread per end of an axis works it out for all.
+__device__ inline void FindBinsWithinReach(const LabelTileBody& body,
+                                           const LabelTileBody::Search& search,
+                                           GroupMemory& shared) {
+  const int axis = static_cast<int>(threadIdx.x) / 2;
+  const float radius = body.SearchRadius(search);
+  const float end = threadIdx.x % 2 == 0 ? -radius : radius;
+  const int32_t count =
+      axis == 0 ? body.bins.count_x : (axis == 1 ? body.bins.count_y : body.bins.count_z);
+  shared.bin_range[threadIdx.x] = body.bins.CoordinateOf(search.centre[axis] + end, count);
+}
+
 // Eight lanes per row of bins within reach; returns nothing that depends on the order of finding.
 __device__ inline void CollectTogether(const LabelTileBody& body,
                                        const LabelTileBody::Search& search, GroupMemory& shared) {
   const BinGrid& bins = body.bins;
-  const float radius = body.SearchRadius(search);
   const float limit = OwnerLimit(body, search);
-  const Vec3f& c = search.centre;
-  const int32_t low_x = bins.CoordinateOf(c.x - radius, bins.count_x);
-  const int32_t high_x = bins.CoordinateOf(c.x + radius, bins.count_x);
-  const int32_t low_y = bins.CoordinateOf(c.y - radius, bins.count_y);
-  const int32_t rows_y = bins.CoordinateOf(c.y + radius, bins.count_y) - low_y + 1;
-  const int32_t low_z = bins.CoordinateOf(c.z - radius, bins.count_z);
-  const int32_t rows_z = bins.CoordinateOf(c.z + radius, bins.count_z) - low_z + 1;
+  const int32_t* range = shared.bin_range;
+  const int32_t low_x = range[0], high_x = range[1], low_y = range[2], low_z = range[4];
+  const int32_t rows_y = range[3] - low_y + 1, rows_z = range[5] - low_z + 1;
   const int thread = static_cast<int>(threadIdx.x);
+  AMHEX_ROLLED
   for (int32_t row = thread / kRowLanes; row < rows_y * rows_z; row += kGroupThreads / kRowLanes) {
     const int32_t y = low_y + row % rows_y;
     const int32_t z = low_z + row / rows_y;
     const int64_t begin = bins.starts[bins.BinAt(low_x, y, z)];
     const int64_t end = bins.starts[bins.BinAt(high_x, y, z) + 1];
+    AMHEX_ROLLED
     for (int64_t slot = begin + thread % kRowLanes; slot < end; slot += kRowLanes) {
       const SiteMetric site = body.metric[slot];
       if (site.is_inside != search.is_inside) continue;
-      if (BoundsOverCube(site, c, search.half_width).lower > limit) continue;
+      if (BoundsOverCube(site, search.centre, search.half_width).lower > limit) continue;
       const int32_t place = atomicAdd(&shared.found, 1);
       if (place >= kCandidateCapacity) continue;
       SharedCandidate& candidate = shared.candidate[place];
@@ -142,6 +160,7 @@ __device__ inline void CollectTogether(const LabelTileBody& body,
 // lower bounds.
 __device__ inline float BoundCube(const GroupMemory& shared, int count, WarpCube& cube) {
   float bound = kUnboundedReach;
+  AMHEX_ROLLED
   for (int k = static_cast<int>(threadIdx.x) % kWarpWidth; k < count; k += kWarpWidth) {
     const SiteMetric site = shared.candidate[k].Metric();
     const DistanceBounds bounds = BoundsOverCube(site, cube.centre, cube.half_width);
@@ -177,6 +196,7 @@ __device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::S
   while (true) {
     __syncthreads();
     if (threadIdx.x == 0) shared.found = 0;
+    if (threadIdx.x < kBinRangeEnds) FindBinsWithinReach(body, search, shared);
     __syncthreads();
     CollectTogether(body, search, shared);
     __syncthreads();
@@ -204,6 +224,7 @@ __device__ inline int ListForWarp(GroupMemory& shared, int count, const WarpCube
   int32_t* list = shared.warp_list[warp];
   const unsigned below = (1u << lane) - 1u;
   int listed = 0;
+  AMHEX_ROLLED
   for (int first = 0; first < count; first += kWarpWidth) {
     const int k = first + lane;
     const bool is_near = k < count && LowerBound(shared, k, cube) <= cube.bound + kCullSlack;

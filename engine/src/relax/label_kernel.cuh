@@ -12,28 +12,36 @@
 
 namespace amhex {
 
-// The lane's point of the block at `offset`.
-__device__ inline Vec3f PointOfLane(const GroupMemory& shared, const LatticePoint& offset) {
-  const LatticePoint q = PointInBlock(static_cast<int>(threadIdx.x) % kWarpWidth);
-  return {shared.axis[0][offset.x + q.x], shared.axis[1][offset.y + q.y],
-          shared.axis[2][offset.z + q.z]};
-}
+// The lane's point in the block at an offset from the group's base.
+struct LanePoint {
+  const float* x;
+  const float* y;
+  const float* z;
+
+  __device__ explicit LanePoint(const GroupMemory& shared) {
+    const LatticePoint q = PointInBlock(static_cast<int>(threadIdx.x) % kWarpWidth);
+    x = shared.axis[0] + q.x, y = shared.axis[1] + q.y, z = shared.axis[2] + q.z;
+  }
+  __device__ Vec3f At(const LatticePoint& offset) const {
+    return {x[offset.x], y[offset.y], z[offset.z]};
+  }
+};
 
 // Which points of the block belong to which of the list's candidates in `near`: every lane returns
-// those of the candidate with its own number.
+// those of candidate `number`.
 __device__ inline unsigned OwnPointsTogether(const GroupMemory& shared, unsigned near,
-                                             const Vec3f& position, float limit) {
-  const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+                                             const Vec3f& position, float limit, int number) {
   const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
   float nearest = limit;
   unsigned own = 0;
+  AMHEX_ROLLED
   for (unsigned left = near; left != 0; left &= left - 1) {
     const int k = __ffs(static_cast<int>(left)) - 1;
     const float distance = ChebyshevDistance(shared.candidate[list[k]].Metric(), position);
     // Ids ascend: the first of equal distances stays.
     const unsigned taken = __ballot_sync(kWholeWarp, distance < nearest);
     nearest = Smaller(nearest, distance);
-    own = lane == k ? taken : own & ~taken;
+    own = number == k ? taken : own & ~taken;
   }
   return own;
 }
@@ -73,12 +81,12 @@ __device__ inline void StoreLabel(const LabelTileBody& body, const WarpCube& cub
 }
 
 // One round of LabelWithList: a lane stands for one block and one candidate of the list, lane =
-// block in the round * width + candidate.
+// (block in the round << shift) + candidate.
 struct LaneInRound {
-  int width = 1;        // power of two
-  LatticePoint at;      // of the lane's block, from the group's base
-  unsigned points = 0;  // of the lane's block; 0 where there is none
-  unsigned near = 0;    // which candidates may own points of it
+  LatticePoint at;           // of the lane's block, from the group's base
+  unsigned points = 0;       // of the lane's block; 0 where there is none
+  unsigned near = 0;         // which candidates may own points of it
+  unsigned near_of_all = 0;  // the same for every lane: bit = lane
 };
 
 __device__ inline LatticePoint BlockInGroup(const WarpCube& cube, int block) {
@@ -86,26 +94,29 @@ __device__ inline LatticePoint BlockInGroup(const WarpCube& cube, int block) {
   return {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y, cube.offset.z + in_cube.z};
 }
 
+__device__ inline unsigned WidthMask(int shift) {
+  return kWholeWarp >> (kWarpWidth - (1 << shift));
+}
+
 // Bounds the candidates over the blocks from `first` on.
 template <int kWarpBlocks>
 __device__ inline LaneInRound BoundRound(const GroupMemory& shared, const WarpCube& cube,
                                          const SiteMetric& site, bool is_listed, float limit,
-                                         int first, int width) {
+                                         int first, int shift) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
-  const int block = first + lane / width;
+  const int block = first + (lane >> shift);
   const bool is_block = block < kWarpBlocks;
   LaneInRound round;
-  round.width = width;
   round.at = BlockInGroup(cube, is_block ? block : 0);
   bool is_near = is_listed && is_block;
   if (kWarpBlocks > 1) {
     const DistanceBounds bounds =
         BoundsOverCube(site, CentreBetween(shared, round.at, kBlockWidth), shared.block_half_width);
-    const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, width);
+    const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, 1 << shift);
     is_near = is_near && bounds.lower <= Smaller(upper, limit) + kCullSlack;
   }
-  const unsigned width_mask = width == kWarpWidth ? kWholeWarp : (1u << width) - 1u;
-  round.near = (__ballot_sync(kWholeWarp, is_near) >> (lane / width * width)) & width_mask;
+  round.near_of_all = __ballot_sync(kWholeWarp, is_near);
+  round.near = (round.near_of_all >> (lane >> shift << shift)) & WidthMask(shift);
   return round;
 }
 
@@ -115,6 +126,7 @@ __device__ inline void StoreLabels(const LabelTileBody& body, const WarpCube& cu
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
   int32_t owner = kNoOwner;
+  AMHEX_ROLLED
   for (int k = 0; k < kWarpWidth; ++k) {
     const unsigned points = __shfl_sync(kWholeWarp, owned, k);
     if (((points >> lane) & 1u) != 0) owner = shared.candidate[list[k]].id;
@@ -122,8 +134,8 @@ __device__ inline void StoreLabels(const LabelTileBody& body, const WarpCube& cu
   StoreLabel(body, cube, block, owner);
 }
 
-// Labels the warp's blocks with the candidates of its list. Blocks of one cell are added by their
-// lanes at once; the others come one after the other, a lane per point.
+// Labels the warp's blocks with the candidates of its list. Blocks of one cell need no look at
+// their points; in the others, one after the other, a lane stands for a point.
 template <int kWarpBlocks>
 __device__ inline void LabelWithList(const LabelTileBody& body, const LabelTileBody::Search& search,
                                      const WarpCube& cube, int listed, GroupMemory& shared) {
@@ -131,39 +143,40 @@ __device__ inline void LabelWithList(const LabelTileBody& body, const LabelTileB
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const LabelItem item = body.items[cube.item];
   const bool wants_second = body.WantsSecondMoments();
-  int width = 1;
-  while (width < listed) width *= 2;
-  const int blocks = Smaller(kWarpBlocks, kWarpWidth / width);
-  const int own = lane % width;
+  int shift = 0;
+  while ((1 << shift) < listed) ++shift;
+  const int blocks = Smaller(kWarpBlocks, kWarpWidth >> shift);
+  const int own = lane & ((1 << shift) - 1);
   const int32_t place = own < listed ? shared.warp_list[warp][own] : 0;
   const SiteMetric site = shared.candidate[place].Metric();
+  const LanePoint point(shared);
   LaneSums sums;
+  AMHEX_ROLLED
   for (int first = 0; first < kWarpBlocks; first += blocks) {
     LaneInRound round =
-        BoundRound<kWarpBlocks>(shared, cube, site, own < listed, search.limit, first, width);
-    const int own_block = first + lane / width;
+        BoundRound<kWarpBlocks>(shared, cube, site, own < listed, search.limit, first, shift);
+    const int own_block = first + (lane >> shift);
     if (own_block < kWarpBlocks) round.points = body.PointsOf(item, cube.first_block + own_block);
     const bool is_alone = (round.near & (round.near - 1u)) == 0 && search.is_inside != 0;
-    const unsigned alone = is_alone && (round.near >> own) == 1u ? round.points : 0u;
-    sums.Add(alone, round.at);
-    if (wants_second) AddSecondSums(alone, round.at, shared.sums[place]);
-    if (!body.labels.empty()) {
-      for (int i = 0; i < blocks; ++i) {
-        const unsigned of_block = __shfl_sync(kWholeWarp, alone, (i * width + lane) % kWarpWidth);
-        StoreLabels(body, cube, shared, cube.first_block + first + i, lane < width ? of_block : 0u);
-      }
-    }
+    unsigned owned = is_alone && (round.near >> own) == 1u ? kWholeWarp : 0u;
     unsigned left = __ballot_sync(kWholeWarp, own == 0 && !is_alone && round.points != 0);
+    AMHEX_ROLLED
     for (; left != 0; left &= left - 1) {
       const int speaker = __ffs(static_cast<int>(left)) - 1;
-      const unsigned near = __shfl_sync(kWholeWarp, round.near, speaker);
-      const int block = first + speaker / width;
-      const LatticePoint at = BlockInGroup(cube, block);
-      const unsigned owned = __shfl_sync(kWholeWarp, round.points, speaker) &
-                             OwnPointsTogether(shared, near, PointOfLane(shared, at), search.limit);
-      sums.Add(owned, at);
-      if (wants_second) AddSecondSums(owned, at, shared.sums[place]);
-      if (!body.labels.empty()) StoreLabels(body, cube, shared, cube.first_block + block, owned);
+      const unsigned near = (round.near_of_all >> speaker) & WidthMask(shift);
+      const LatticePoint at = BlockInGroup(cube, first + (speaker >> shift));
+      const unsigned owned_there =
+          OwnPointsTogether(shared, near, point.At(at), search.limit, lane - speaker);
+      if (((lane ^ speaker) >> shift) == 0) owned = owned_there;
+    }
+    owned &= round.points;
+    sums.Add(owned, round.at);
+    if (wants_second) AddSecondSums(owned, round.at, shared.sums[place]);
+    if (body.labels.empty()) continue;
+    AMHEX_ROLLED
+    for (int i = 0; i < blocks; ++i) {
+      const unsigned of_block = __shfl_sync(kWholeWarp, owned, ((i << shift) + lane) % kWarpWidth);
+      StoreLabels(body, cube, shared, cube.first_block + first + i, lane == own ? of_block : 0u);
     }
   }
   if (sums.count == 0) return;
@@ -179,6 +192,7 @@ __device__ inline int32_t OwnerAmongAll(const GroupMemory& shared, int count, co
                                         float limit) {
   float nearest = limit;
   int32_t owner = kNoOwner;
+  AMHEX_ROLLED
   for (int k = 0; k < count; ++k) {
     const float distance = ChebyshevDistance(shared.candidate[k].Metric(), position);
     const int32_t id = shared.candidate[k].id;
@@ -198,12 +212,13 @@ __device__ inline void LabelWithoutList(const LabelTileBody& body,
                                         int count, const GroupMemory& shared) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const LabelItem item = body.items[cube.item];
+  AMHEX_ROLLED
   for (int i = 0; i < kWarpBlocks; ++i) {
     const LatticePoint in_cube = BlockInTile(i);
     const LatticePoint at = {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y,
                              cube.offset.z + in_cube.z};
     const unsigned points = body.PointsOf(item, cube.first_block + i);
-    const Vec3f position = PointOfLane(shared, at);
+    const Vec3f position = LanePoint(shared).At(at);
     int32_t owner = count >= 0 ? OwnerAmongAll(shared, count, position, search.limit)
                                : body.OwnerByScan(search, position);
     if (((points >> lane) & 1u) == 0) owner = kNoOwner;
@@ -226,6 +241,7 @@ __device__ inline void LabelWithoutList(const LabelTileBody& body,
 // Sends the group's sums to the cells: one thread per candidate.
 __device__ inline void FlushSums(const LabelTileBody& body, const LatticePoint& base, int count,
                                  const GroupMemory& shared) {
+  AMHEX_ROLLED
   for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
     const PartialSums& sums = shared.sums[k];
     const int64_t n = sums.first[0];
@@ -302,6 +318,7 @@ __global__ void __launch_bounds__(kGroupThreads, kBlocksPerMultiprocessor)
   LabelTileBody::Search search = shared.search;
   WarpCube cube = CubeOfWarp<kWarpBlocks>(group, shared);
   const int count = GatherTogether(body, search, cube, shared);
+  AMHEX_ROLLED
   for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
     shared.sums[k] = PartialSums{};
   }

@@ -16,7 +16,8 @@ inline constexpr float kUnboundedReach = 3e38f;
 
 // Distances are measured in the site's own cell size: 0.5 on the faces of its cube. With all sizes
 // 1 this is the paper's L-infinity norm in the site's frame.
-struct SiteMetric {
+// Aligned so that a device reads it in words of 16 bytes.
+struct alignas(16) SiteMetric {
   float x = 0, y = 0, z = 0;  // edge lengths, domain frame
   float row[9] = {};          // axis a divided by the size along it: row[3 * a + component]
   float reach[3] = {};        // L1 norm of each row: its growth per unit step along all world axes
