@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Checks and measures the CUDA engine on this machine; packed by tests/gpu/pack.sh.
 #
-#   run                       tests of both backends, then benchmarks on the device
+#   run                       tests, sanitizers where compute-sanitizer is installed, benchmarks
 #   run --tests               tests only
 #   run --benchmarks          benchmarks only
-#   run --sanitize TOOL       parity tests under compute-sanitizer (memcheck, racecheck, initcheck)
+#   run --sanitize [TOOL]     parity tests under compute-sanitizer: memcheck, racecheck, initcheck
 #
 # Ends with status 0 only if every test passed and none was skipped for want of a device.
 set -euo pipefail
@@ -19,6 +19,9 @@ program() {  # NAME ARGUMENT...
 }
 
 device_tests='*CudaParity*:*Backends*'
+# Slow under a sanitizer: one of every kind.
+sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice'
+tools=(memcheck racecheck initcheck)
 run_tests() {
   local log
   log=$(mktemp)
@@ -34,14 +37,30 @@ run_benchmarks() {
   program engine_benchmarks --benchmark_filter=OnDevice
 }
 
+sanitize() {  # TOOL...
+  local tool
+  for tool in "$@"; do
+    echo "compute-sanitizer --tool $tool"
+    compute-sanitizer --tool "$tool" --error-exitcode 1 \
+      "${loader[0]}" --library-path "$here/lib" "$here/bin/engine_tests" \
+      --gtest_filter="$sanitized_tests"
+  done
+}
+
 case "${1:-}" in
   --tests) run_tests ;;
   --benchmarks) run_benchmarks ;;
   --sanitize)
-    compute-sanitizer --tool "${2:?--sanitize needs a tool}" --error-exitcode 1 \
-      "${loader[0]}" --library-path "$here/lib" "$here/bin/engine_tests" \
-      --gtest_filter="$device_tests"
+    if [[ $# -gt 1 ]]; then sanitize "$2"; else sanitize "${tools[@]}"; fi
     ;;
-  '') run_tests && run_benchmarks ;;
+  '')
+    run_tests
+    if command -v compute-sanitizer >/dev/null; then
+      sanitize "${tools[@]}"
+    else
+      echo "run: compute-sanitizer is not installed: nothing was sanitized" >&2
+    fi
+    run_benchmarks
+    ;;
   *) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2 ;;
 esac
