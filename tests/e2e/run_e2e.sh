@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The real programs together: the client with a private server and worker, from a file to a mesh.
 #
-#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors commands tools restarts; default all
+#   tests/e2e/run_e2e.sh AMHEX AMHEXD [GROUP]...     groups: inputs errors access commands tools restarts; default all
 #
 # Every test prints one line; the exit status is 0 only if all passed.
 set -uo pipefail
@@ -11,7 +11,7 @@ amhex=$(readlink -f "$1")
 amhexd=$(readlink -f "$2")
 shift 2
 groups=("$@")
-if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors commands tools restarts); fi
+if [[ ${#groups[@]} -eq 0 ]]; then groups=(inputs errors access commands tools restarts); fi
 
 folder=$(mktemp -d)
 server_pid=
@@ -150,8 +150,11 @@ test_errors() {
   refuses "a parameter out of range" 3 "min_quality" mesh cube.drc --min-quality 7 -o out.vtu
   refuses "no server there" 4 "cannot be reached" \
     mesh cube.drc --server 127.0.0.1:1 --patience 0.5 -o out.vtu
+  check "and what to do is said" grep -q "is the address right" stderr
   refuses "a folder as authorities" 3 "cannot be read" \
     mesh cube.drc --server 127.0.0.1:1 --tls-ca / -o out.vtu
+  refuses "a job out of time" 6 "RUN_TIMEOUT" mesh cloud.drc --cells 200000 --time-limit 0.01 -o out.vtu
+  check "and how to have more is said" grep -q -- "--time-limit allows more" stderr
   refuses "no subcommand" 2 "subcommand" --quiet
   refuses "an unknown flag" 2 "frobnicate" mesh cube.drc --frobnicate -o out.vtu
   AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu
@@ -160,10 +163,29 @@ test_errors() {
   fi
 }
 
+# A server that asks callers who they are.
+test_access() {
+  local address="unix:$folder/access_socket"
+  "$amhexd" --new-token >fresh
+  sed -n 's/^token: *//p' fresh >token
+  echo "somebody-elses" >wrong_token
+  echo "ada submit,read $(sed -n 's/^SHA-256: *//p' fresh)" >tokens
+  "$amhexd" --listen "$address" --ephemeral --metrics-listen "" --tokens tokens >>server.log 2>&1 &
+  server_pid=$!
+  run list --server "$address" --token-file token --patience 60
+  check "the right token opens" test "$status" -eq 0
+  refuses "no token" 11 "NOT_AUTHENTICATED" list --server "$address"
+  check "and how to show one is said" grep -q -- "--token-file" stderr
+  refuses "another token" 11 "not valid" list --server "$address" --token-file wrong_token
+  stop_server
+}
+
 test_commands() {
   local address="unix:$folder/socket" job
   "$amhex" demo --shape cube --surface --resolution 12 -o cube.ply >/dev/null
   start_server "$address" data
+  run list --server "$address"
+  check "an empty list says so" bash -c 'test ! -s stdout && grep -q "no jobs" stderr'
   run info --server "$address"
   check "info names the backends" grep -q "backend cpu" stdout
   run submit cube.ply --cells 200 --server "$address" \
@@ -184,6 +206,7 @@ test_commands() {
   check "picture draws it" test -s fetched.png
   AMHEX_SERVER=$address run list
   check "list names the job" grep -q "$job" stdout
+  check "list says how old it is" grep -Eq "$job +succeeded +[0-9]+ (s|min) ago  [0-9]+ cells" stdout
   run cancel "$job" --server "$address"
   check "cancelling a final job changes nothing" grep -q "succeeded" stdout
   run delete "$job" --server "$address"

@@ -119,6 +119,7 @@ class Try:
         command = ["bash", "--noprofile", "--rcfile", self.folder / "bashrc", "-i"]
         self.completes("bash", command, "amhex conv", "amhex convert ")
         self.completes("bash", command, "amhex mesh --solv", "--solver-ready")
+        self.completes("bash", command, "amhex render --si", "--size")
         (self.folder / "named_part.stl").touch()
         self.completes("bash", command, "amhex mesh named_p", "named_part.stl")
 
@@ -146,6 +147,8 @@ class Try:
         check("fish completes a flag", candidates("amhex mesh --solv") == ["--solver-ready"], candidates("amhex mesh --solv"))
         check("fish knows the flags of each command", "--jobs" in candidates("amhex bench --j") and not candidates("amhex list --jo"))
         (self.folder / "named_part.stl").touch()
+        check("fish knows other names of commands", candidates("amhex rend") == ["render"] and "--cut" in candidates("amhex render --c"),
+              (candidates("amhex rend"), candidates("amhex render --c")))
         check("fish completes files", candidates("amhex mesh named_p") == ["named_part.stl"], candidates("amhex mesh named_p"))
 
     def test_progress(self):

@@ -23,16 +23,23 @@ std::vector<const CLI::App*> Commands(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
+// A command's name and its other names, as in "picture|render" with `between` "|".
+std::string NamesOf(const CLI::App& command, const char* between) {
+  std::vector<std::string> names = {command.get_name()};
+  for (const std::string& alias : command.get_aliases()) names.push_back(alias);
+  return absl::StrJoin(names, between);
+}
+
 std::string BashScript(const CLI::App& app) {
   std::vector<std::string> names;
   std::string cases;
   for (const CLI::App* command : Commands(app)) {
-    names.push_back(command->get_name());
+    names.push_back(NamesOf(*command, " "));
     std::vector<std::string> words;
     for (const CLI::Option* option : command->get_options()) {
       for (const std::string& word : WordsOf(*option)) words.push_back(word);
     }
-    absl::StrAppend(&cases, "    ", command->get_name(), ") words=\"", absl::StrJoin(words, " "),
+    absl::StrAppend(&cases, "    ", NamesOf(*command, "|"), ") words=\"", absl::StrJoin(words, " "),
                     "\" ;;\n");
   }
   return absl::StrCat(
@@ -63,8 +70,8 @@ std::string FishQuoted(const std::string& text) {
 std::string FishScript(const CLI::App& app) {
   std::string script;
   for (const CLI::App* command : Commands(app)) {
-    const std::string& name = command->get_name();
-    absl::StrAppend(&script, "complete -c amhex -n __fish_use_subcommand -f -a ", name, " -d ",
+    const std::string name = NamesOf(*command, " ");
+    absl::StrAppend(&script, "complete -c amhex -n __fish_use_subcommand -f -a '", name, "' -d ",
                     FishQuoted(command->get_description()), "\n");
     for (const CLI::Option* option : command->get_options()) {
       std::string words;

@@ -1,9 +1,13 @@
 // Looking after a server: list, cancel, delete, info.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
 #include "cli/json.h"
@@ -31,6 +35,17 @@ std::string StateWord(const v1::Job& job) {
   return value != nullptr ? EnumWord(*value) : "unknown";
 }
 
+// "40 s ago", "3 h ago": enough to find the job that one means.
+std::string AgeOf(const v1::Job& job) {
+  const double seconds =
+      absl::ToDoubleSeconds(absl::Now() - absl::FromUnixSeconds(job.create_time().seconds()));
+  constexpr double kMinute = 60, kHour = 3600, kDay = 86400;
+  if (seconds < kMinute) return absl::StrFormat("%.0f s ago", std::max(0.0, seconds));
+  if (seconds < kHour) return absl::StrFormat("%.0f min ago", std::floor(seconds / kMinute));
+  if (seconds < kDay) return absl::StrFormat("%.0f h ago", std::floor(seconds / kHour));
+  return absl::StrFormat("%.0f days ago", std::floor(seconds / kDay));
+}
+
 std::string OneLine(const v1::Job& job) {
   std::string details;
   if (job.has_result()) {
@@ -43,7 +58,7 @@ std::string OneLine(const v1::Job& job) {
     details =
         absl::StrCat(StageWords(job.progress().stage()), " ", DescribeProgress(job.progress()));
   }
-  return absl::StrFormat("%s  %-9s  %s", job.name(), StateWord(job), details);
+  return absl::StrFormat("%s  %-9s  %11s  %s", job.name(), StateWord(job), AgeOf(job), details);
 }
 
 int RunList(const ServerFlags& flags) {
@@ -51,6 +66,8 @@ int RunList(const ServerFlags& flags) {
   if (!connection.ok()) return Fail(connection.status());
   const auto jobs = connection->client->ListJobs(flags.most);
   if (!jobs.ok()) return Fail(jobs.status());
+  // Not on stdout, where scripts count lines.
+  if (jobs->empty()) std::fprintf(stderr, "amhex: the server has no jobs that you may see\n");
   for (const v1::Job& job : *jobs) {
     std::printf("%s\n", flags.json ? ToJson(job).c_str() : OneLine(job).c_str());
   }

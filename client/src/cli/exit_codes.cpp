@@ -6,9 +6,34 @@
 #include <string_view>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "amhex/client.h"
 
 namespace amhex::client {
+namespace {
+
+// What somebody at a command line can do about an error of the service; empty if its message says.
+std::string_view NextStep(const absl::Status& status) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSteps = {{
+      {"NO_VALID_MESH", "another --cells often helps; so may a look at the input near that place"},
+      {"RUN_TIMEOUT", "fewer --cells take less time; --time-limit allows more, up to the server's"},
+      {"OUT_OF_MEMORY", "fewer --cells take less memory"},
+      {"NOT_AUTHENTICATED", "--token-file FILE or AMHEX_TOKEN_FILE shows the server who you are"},
+      {"JOB_NOT_FOUND", "amhex list names the jobs that there are"},
+      {"JOB_NOT_FINAL", "amhex cancel ends it, amhex watch waits for its end"},
+  }};
+  const std::string reason = ReasonOf(status);
+  for (const auto& [name, step] : kSteps) {
+    if (name == reason) return step;
+  }
+  // Not of a private server that did not start.
+  if (absl::IsUnavailable(status) && absl::StrContains(status.message(), "cannot be reached")) {
+    return "is it running, and is the address right? Without --server a private one is started";
+  }
+  return {};
+}
+
+}  // namespace
 
 const char* ExitCodeHelp() {
   return "Exit status:\n"
@@ -73,6 +98,8 @@ int Fail(const absl::Status& status, ExitCode code) {
   const std::string message(status.message());
   std::fprintf(stderr, "amhex: error: %s%s%s%s\n", message.c_str(), reason.empty() ? "" : " [",
                reason.c_str(), reason.empty() ? "" : "]");
+  const std::string_view step = NextStep(status);
+  if (!step.empty()) std::fprintf(stderr, "amhex: %s\n", std::string(step).c_str());
   return code;
 }
 
