@@ -172,7 +172,8 @@ def check_sentences(reader, texts):
     flags_of = {command: set(re.findall(r"--[a-z][a-z-]*", reader.help_of(reader.amhex, command))) for command in reader.subcommands()}
     flags_of["render"] = flags_of["picture"]
     server_flags = set(re.findall(r"--[a-z][a-z-]*", reader.help_of(reader.amhexd)))
-    every_flag = set.union(server_flags, {"--version"}, *flags_of.values())
+    scripts = " ".join(path.read_text() for folder in ("deploy", "tests") for path in (ROOT / folder).glob("**/*.sh"))
+    every_flag = set.union(server_flags, {"--version"}, set(re.findall(r"--[a-z][a-z-]*", scripts)), *flags_of.values())
     for document, text in texts.items():
         wrong, spans = [], re.findall(r"(?<!`)`([^`\n]+)`(?!`)", re.sub(r"```.*?```", "", text, flags=re.S))
         for span in spans:
