@@ -76,6 +76,10 @@ PAPER = {
     "twistcube_tet": [(2836, 21.4, 41.3, 0.125, 0.801, "–")],
 }
 
+# Small enough that sixteen of them may live in a repository.
+PICTURE_SIZE = "480x360"
+PICTURES_PER_ROW = 2
+
 # What follows this line in the document is written by hand and kept.
 BY_HAND = "<!-- Below: written by hand, kept by the script. -->"
 
@@ -95,6 +99,8 @@ def parse_arguments():
     parser.add_argument("--output", default=REPOSITORY / "docs/results.md", type=pathlib.Path)
     parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("results"),
                         help="folder for meshes and JSON files (default: ./results)")
+    parser.add_argument("--pictures", type=pathlib.Path, metavar="FOLDER",
+                        help="draw every mesh cut open there and show the pictures in the document")
     parser.add_argument("--timeout", type=float, default=1800, help="seconds per model")
     arguments = parser.parse_args()
     if not arguments.model and not arguments.models:
@@ -142,6 +148,35 @@ def mesh(arguments, model):
         return None, lines[-1] if lines else f"exit status {run.returncode}", seconds
     with open(report_path, encoding="utf-8") as file:
         return json.load(file), None, seconds
+
+
+def picture_path(arguments, path, cells):
+    return arguments.pictures / (path.stem + (f"-{cells}" if cells else "") + ".png")
+
+
+def draw(arguments, path, cells):
+    """The mesh just written, cut open; the error of the client, if any, is only printed."""
+    picture = picture_path(arguments, path, cells)
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    command = [str(arguments.amhex), "picture", str(arguments.keep / (path.stem + ".vtu")),
+               "-o", str(picture), "--size", PICTURE_SIZE]
+    run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode != 0:
+        print(f"  no picture: {run.stderr.strip()}", flush=True)
+
+
+def picture_rows(arguments, done):
+    """Rows of PICTURES_PER_ROW cells: picture and caption."""
+    shown = []
+    for path, cells, report, _ in done:
+        picture = picture_path(arguments, path, cells)
+        if not picture.exists():
+            continue
+        link = os.path.relpath(picture, arguments.output.parent)
+        caption = f"{path.name}, {report['statistics']['cell_count']} cells"
+        shown.append(f"![{caption}]({link})<br>{caption}")
+    shown += [""] * (-len(shown) % PICTURES_PER_ROW)
+    return [shown[i:i + PICTURES_PER_ROW] for i in range(0, len(shown), PICTURES_PER_ROW)]
 
 
 def paper_row(path, cells):
@@ -266,6 +301,10 @@ def write_document(arguments, results):
                   [comparison_row(path, report, seconds)
                    for path, _, report, seconds in compared]),
         ]
+    pictures = picture_rows(arguments, done) if arguments.pictures else []
+    if pictures:
+        parts += ["## Cut open", "Hexahedra inside are bluish, all other cells yellow.",
+                  table(["", ""], pictures)]
     warned = [(path, report["warnings"]) for path, _, report, _ in done if report["warnings"]]
     if warned:
         parts += ["## Warnings",
@@ -291,6 +330,8 @@ def main():
         path = model.path
         report, error, seconds = mesh(arguments, model)
         results.append((path, model.cells or model.use, report, error, seconds))
+        if arguments.pictures and report:
+            draw(arguments, path, model.cells or model.use)
         verdict = f"failed: {error}" if error else "valid"
         print(f"  {path.name}: {verdict}, {seconds:.1f} s", flush=True)
         # After every model, so that an interrupted run leaves what it measured.
