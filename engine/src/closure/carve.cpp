@@ -186,7 +186,7 @@ class PartSearch {
     if (quality < limits_.min_quality || closed <= 0) return;
     const double cost = AbsorbedCost(part) +
                         kCostPerFace * static_cast<double>(carving.faces.size()) + 1 +
-                        QualityPenalty(quality) + kMembraneCost * membranes;
+                        QualityPenalty(FillWeights{}, quality) + kMembraneCost * membranes;
     carving.cost_per_face = cost / closed;
     if (carving.cost_per_face < best_.cost_per_face) best_ = std::move(carving);
   }

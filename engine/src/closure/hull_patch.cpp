@@ -14,9 +14,9 @@ constexpr size_t kMaxLoopLength = 24;
 constexpr double kImpossible = 1e18;
 constexpr double kForbidden = 1e6;
 // Below this quality a cell costs kQualityWeight per unit of deficit; at kMinQuality it is refused.
-constexpr double kGoodQuality = 0.3;
+constexpr double kGoodQuality = 0.25;
 constexpr double kMinQuality = 0.004;
-constexpr double kQualityWeight = 120;
+constexpr double kQualityWeight = 60;
 // A chord's mid point may leave the hull by this much for free.
 constexpr double kFreeChordDistance = 0.08;
 constexpr double kChordWeight = 15;

@@ -10,8 +10,9 @@
 namespace amhex {
 namespace {
 
-// Losing a hexahedron to a repair must pay more than it does while a cavity is open.
-constexpr FillWeights kRepairWeights{1.6, -1.1};
+// Losing a hexahedron to a repair must pay more than it does while a cavity is open, and quality is
+// what repairs are for.
+constexpr FillWeights kRepairWeights{1.6, -1.1, 200, 0.3};
 constexpr FillWeights kJoinWeights{1.0, -1.1};
 // A replacement must gain at least this, in cells.
 constexpr double kMinRepairGain = 0.3;
@@ -114,7 +115,7 @@ class Improver {
       star.cells = LivingCellsAt(v);
       if (star.cells.size() <= kMaxSeedCells) seeds.push_back(std::move(star));
     }
-    const double cost_to_beat = QualityPenalty(quality) - kMinRepairGain;
+    const double cost_to_beat = QualityPenalty(kRepairWeights, quality) - kMinRepairGain;
     const auto filling = GrowStar(mesh_, hull_, no_cavities_, kRepairWeights, limits_,
                                   std::move(seeds), cost_to_beat);
     if (!filling || filling->quality <= quality) return;
@@ -161,7 +162,7 @@ class Improver {
     if (both.cells.empty() || both.cells.size() > kMaxSeedCells) return false;
     const double worst = WorstQuality(both.cells);
     const auto filling = GrowStar(mesh_, hull_, no_cavities_, kJoinWeights, limits_, {both},
-                                  QualityPenalty(worst) - kMinJoinGain);
+                                  QualityPenalty(kJoinWeights, worst) - kMinJoinGain);
     if (!filling || filling->quality < std::min(kMinJoinQuality, worst)) return false;
     Apply(*filling);
     return true;

@@ -14,8 +14,6 @@ namespace amhex {
 namespace {
 
 constexpr double kCostPerFace = 1.1;
-constexpr double kGoodQuality = 0.3;
-constexpr double kQualityWeight = 200;
 // A kernel shallower than this (edge lengths) is not worth a try.
 constexpr double kMinKernelDepth = 0.01;
 constexpr double kWantedKernelDepth = 0.2;
@@ -87,14 +85,23 @@ double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const StarFilli
   return cost;
 }
 
+double AbsorbedCost(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
+  double cost = 0;
+  for (const int cell : region.cells) {
+    cost += mesh.is_hexahedron(cell) ? weights.hexahedron_lost : weights.other_removed;
+  }
+  return cost;
+}
+
 // Tries one star over `fixed` faces; the loops they leave open are closed by patches.
 void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
              const std::vector<CellFace>& fixed, const std::vector<CellFace>& dropped,
-             double base_cost, StarFilling* best) {
+             const FillWeights& weights, StarFilling* best) {
   const auto loops = BoundaryLoops(fixed);
   for (const auto& loop : loops) {
     if (loop.size() < 3) return;
   }
+  const double base_cost = AbsorbedCost(mesh, weights, region);
   if (base_cost + kCostPerFace * static_cast<double>(fixed.size() + loops.size()) + 1 >=
       best->cost) {
     return;
@@ -120,18 +127,11 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   if (std::abs(solid_angle - 4 * std::numbers::pi) > kSolidAngleTolerance) return;
   if (HasRepeatedFace(filling.faces)) return;
   filling.cost = base_cost + kCostPerFace * static_cast<double>(filling.faces.size()) + 1 +
-                 QualityPenalty(filling.quality) + PatchDeviation(mesh, hull, filling, dropped);
+                 QualityPenalty(weights, filling.quality) +
+                 PatchDeviation(mesh, hull, filling, dropped);
   if (filling.cost >= best->cost) return;
   filling.region = region;
   *best = std::move(filling);
-}
-
-double AbsorbedCost(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
-  double cost = 0;
-  for (const int cell : region.cells) {
-    cost += mesh.is_hexahedron(cell) ? weights.hexahedron_lost : weights.other_removed;
-  }
-  return cost;
 }
 
 // How promising a region is, before any star has been tried.
@@ -192,14 +192,13 @@ bool HasRepeatedFace(const std::vector<CellFace>& faces) {
   return false;
 }
 
-double QualityPenalty(double quality) {
-  return kQualityWeight * std::max(0.0, kGoodQuality - std::max(0.0, quality));
+double QualityPenalty(const FillWeights& weights, double quality) {
+  return weights.poor_quality * std::max(0.0, weights.good_quality - std::max(0.0, quality));
 }
 
 void EvaluateRegion(const WorkingMesh& mesh, const Hull& hull, const FillWeights& weights,
                     const Region& region, StarFilling* best) {
   if (region.walls.empty() || region.kernel.depth <= kMinKernelDepth) return;
-  const double base_cost = AbsorbedCost(mesh, weights, region);
   std::vector<CellFace> fixed = region.walls;
   std::vector<CellFace> dropped;
   for (const CellFace& face : region.hull_faces) {
@@ -208,7 +207,7 @@ void EvaluateRegion(const WorkingMesh& mesh, const Hull& hull, const FillWeights
   }
   const size_t kept_count = fixed.size() - region.walls.size();
   StarFilling candidate = *best;
-  TryStar(mesh, hull, region, fixed, dropped, base_cost, &candidate);
+  TryStar(mesh, hull, region, fixed, dropped, weights, &candidate);
   // The kept faces are part of the hull as well.
   const auto finish = [&](const std::vector<CellFace>& kept) {
     if (candidate.cost >= best->cost) return;
@@ -218,7 +217,7 @@ void EvaluateRegion(const WorkingMesh& mesh, const Hull& hull, const FillWeights
   finish({fixed.begin() + static_cast<std::ptrdiff_t>(region.walls.size()), fixed.end()});
   if (!region.hull_faces.empty() && kept_count > 0) {
     candidate = *best;
-    TryStar(mesh, hull, region, region.walls, region.hull_faces, base_cost, &candidate);
+    TryStar(mesh, hull, region, region.walls, region.hull_faces, weights, &candidate);
     finish({});
   }
 }

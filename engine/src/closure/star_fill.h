@@ -24,6 +24,10 @@ struct StarFilling {
 struct FillWeights {
   double hexahedron_lost = 1.0;
   double other_removed = -0.9;  // a gain
+  // Per unit that the worst new cell lacks to `good_quality`. While cavities are open, few cells
+  // count for more than good ones: repairs come later, and vertices move before that.
+  double poor_quality = 80;
+  double good_quality = 0.25;
 };
 
 // Evaluates the stars of one region and keeps the better of them and `best`.
@@ -54,6 +58,6 @@ int ApplyStar(const StarFilling& filling, WorkingMesh* mesh);
 bool HasRepeatedFace(const std::vector<CellFace>& faces);
 
 // Penalty for cells below the quality that is asked of fillings, in cells.
-double QualityPenalty(double quality);
+double QualityPenalty(const FillWeights& weights, double quality);
 
 }  // namespace amhex
