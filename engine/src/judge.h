@@ -3,6 +3,7 @@
 
 #include "absl/status/statusor.h"
 #include "amhex/mesher.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 #include "output/boundary_overlap.h"
 
@@ -10,12 +11,12 @@ namespace amhex {
 
 // Mesh, statistics and warnings of a result; INTERNAL, naming the place, if the mesh breaks the
 // law, which is checked by code that knows nothing of how the mesh was made; INVALID_ARGUMENT if
-// the solid held no cell at all.
-absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull);
+// the solid held no cell at all. Throws RunStopped when `poll` does.
+absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull, const StopPoll& poll);
 
 // The same for a mesh of cells that were given. Where those cover a place twice themselves, so may
 // the mesh; a warning tells how many of its samples do.
 absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& hull,
-                                               const OverlapReport& given);
+                                               const OverlapReport& given, const StopPoll& poll);
 
 }  // namespace amhex

@@ -54,9 +54,9 @@ absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, Cell
                                               RunContext& run) {
   for (int attempt = 1;; ++attempt) {
     AMHEX_ASSIGN_OR_RETURN(CellComplex improved, ImproveMesh(std::move(closed), hull, params, run));
-    if (attempt == kMaxFillings || ValidateMesh(FinalizeMesh(improved, hull.frame)).valid()) {
-      return improved;
-    }
+    if (attempt == kMaxFillings) return improved;
+    const StopPoll poll(run);
+    if (ValidateMesh(FinalizeMesh(improved, hull.frame, poll), poll).valid()) return improved;
     AMHEX_ASSIGN_OR_RETURN(closed, CloseComplex(assembled, hull, params, run, attempt));
   }
 }
@@ -112,7 +112,8 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                                                     run);
                          }));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
-                           return Judge(FinalizeMesh(improved, hull.frame), hull);
+                           const StopPoll poll(run);
+                           return Judge(FinalizeMesh(improved, hull.frame, poll), hull, poll);
                          }));
   result.stages = run.stage_reports();
   result.effective_params = Resolve(params, hull, backend.backend);

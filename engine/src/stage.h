@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "amhex/run_context.h"
+#include "base/stop_poll.h"
 
 namespace amhex {
 
@@ -19,7 +20,8 @@ namespace amhex {
 int64_t PeakMemoryBytes();
 
 // Calls `body`, which returns absl::StatusOr<T>, as stage `stage` of `run`. The one place where
-// exceptions end: std::bad_alloc becomes RESOURCE_EXHAUSTED, any other INTERNAL.
+// exceptions end: RunStopped becomes the run's status, std::bad_alloc RESOURCE_EXHAUSTED, any other
+// INTERNAL.
 template <class Body>
 std::invoke_result_t<Body> GuardStage(RunContext& run, Stage stage, Body&& body) {
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
@@ -37,6 +39,8 @@ std::invoke_result_t<Body> GuardStage(RunContext& run, Stage stage, Body&& body)
     report.peak_memory_bytes = PeakMemoryBytes();
     run.EndStage(report);
     return result;
+  } catch (const RunStopped&) {
+    return run.CheckStop();
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
         absl::StrCat(StageName(stage), ": out of memory after ", PeakMemoryBytes(),

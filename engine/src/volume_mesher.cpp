@@ -95,7 +95,7 @@ absl::StatusOr<MeshingResult> MeshVolume(const VolumeMesh& volume, const Guidanc
   AMHEX_RETURN_IF_ERROR(PassOver(Stage::kPlaceVertices, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
                            return JudgeReassembled(FinalizeReassembled(closed, broken, hull.frame),
-                                                   hull, OwnOverlap(broken));
+                                                   hull, OwnOverlap(broken), StopPoll(run));
                          }));
   result.stages = run.stage_reports();
   result.effective_params = params;

@@ -1,7 +1,11 @@
 // How long the engine takes, one axis at a time around one central case: the bracket at
-// kCentralCellCount cells on all cores. Stages appear as counters in seconds per run.
+// kCentralCellCount cells on all cores. Stages appear as counters in seconds per run, the CPU
+// column is that of all threads.
 //
 //   engine_benchmarks --benchmark_filter=ByCells --benchmark_out=FILE --benchmark_out_format=json
+//
+// The largest runs take minutes and gigabytes: --benchmark_filter=LargeMesh/200000. peak_MiB is the
+// whole process's so far, so it says something of the first run only.
 #include <benchmark/benchmark.h>
 
 #include <numbers>
@@ -15,6 +19,7 @@ namespace amhex {
 namespace {
 
 constexpr int64_t kCentralCellCount = 2000;
+constexpr int64_t kScalingCellCount = 10000;
 constexpr double kSpacing = 0.1;  // of the input's triangles; the solids are one to six units wide
 
 MeshingParams ParamsFor(int64_t cell_count) {
@@ -37,6 +42,8 @@ void MeshRepeatedly(benchmark::State& state, const InputHull& hull, const Meshin
     for (const StageReport& stage : result->stages) {
       state.counters[StageName(stage.stage)] += stage.wall_seconds;
     }
+    state.counters["peak_MiB"] =
+        static_cast<double>(result->stages.back().peak_memory_bytes) / (1 << 20);
     state.counters["hexahedra_ratio"] = result->statistics.hexahedra_ratio;
     state.counters["min_scaled_jacobian"] = result->statistics.min_scaled_jacobian;
   }
@@ -56,8 +63,22 @@ BENCHMARK(MeshByCells)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
+// Cells from 5,000 up to a million: time and memory per cell should stay what they are.
+void LargeMesh(benchmark::State& state) {
+  MeshRepeatedly(state, fixtures::MakeBracket(1, kSpacing), ParamsFor(state.range(0)));
+}
+BENCHMARK(LargeMesh)
+    ->Arg(5'000)
+    ->Arg(50'000)
+    ->Arg(200'000)
+    ->Arg(1'000'000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
 void MeshByThreads(benchmark::State& state) {
-  MeshingParams params = ParamsFor(kCentralCellCount);
+  MeshingParams params = ParamsFor(kScalingCellCount);
   params.run.thread_count = static_cast<int32_t>(state.range(0));
   MeshRepeatedly(state, fixtures::MakeBracket(1, kSpacing), params);
 }

@@ -4,6 +4,7 @@
 // and atomics are used on integers only, where the order of additions cannot matter.
 #pragma once
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 
@@ -24,15 +25,19 @@
 namespace amhex {
 
 // Which copy to run; results are the same to the bit.
-enum class VectorWidth { kBaseline, k256, k512 };
+enum class VectorWidth : uint8_t { kBaseline, k256, k512 };
 
-// The widest that this machine has.
+// No wider copy runs. Tests lower it to compare the copies of whole runs.
+inline std::atomic<VectorWidth> vector_width_limit{VectorWidth::k512};
+
+// The widest that this machine has, up to the limit.
 AMHEX_HD inline VectorWidth WidestVectors() {
 #if AMHEX_HAS_VECTOR_WIDTHS
   static const VectorWidth widest = __builtin_cpu_supports("x86-64-v4")   ? VectorWidth::k512
                                     : __builtin_cpu_supports("x86-64-v3") ? VectorWidth::k256
                                                                           : VectorWidth::kBaseline;
-  return widest;
+  const VectorWidth limit = vector_width_limit.load(std::memory_order_relaxed);
+  return widest < limit ? widest : limit;
 #else
   return VectorWidth::kBaseline;
 #endif

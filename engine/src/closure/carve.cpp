@@ -118,13 +118,16 @@ class PartSearch {
       if (!Contains(part->cells, mesh_.Owner(face))) part->walls.push_back(face);
     }
     for (const int cell : part->cells) {
-      for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
-        const int32_t behind = mesh_.Across(face);
+      const CellFaces faces = FacesOf(mesh_.corners(cell));
+      for (int i = 0; i < faces.count; ++i) {
+        const CellFace& face = faces.face[i];
+        const int half = mesh_.half_faces(cell)[i];
+        const int32_t behind = mesh_.owner(half ^ 1);
         if (behind >= 0) {
           if (!Contains(part->cells, behind)) part->walls.push_back(Reversed(face));
         } else if (behind == WorkingMesh::kHull) {
           part->hull_faces.push_back(Reversed(face));
-        } else if (!Contains(closed_, mesh_.FindHalfFace(face))) {
+        } else if (!Contains(closed_, half)) {
           part->kept_open.push_back(Reversed(face));
         }
       }

@@ -91,7 +91,7 @@ class Closer {
   }
 
  private:
-  bool HasOpenFaces() const { return !mesh_.OpenFaces().empty(); }
+  bool HasOpenFaces() const { return mesh_.HasOpenFaces(); }
 
   void FillCavities(int round) {
     for (int attempt = 0; attempt < kFillAttempts && HasOpenFaces(); ++attempt) {
@@ -132,17 +132,20 @@ class Closer {
 
   // Each cavity on its own, in the metric of the cells around it, which spares most of them.
   void FillLocally(uint64_t seed, int max_cells_per_face) {
+    Cavities cavities = CollectCavities(mesh_);
+    CellBins bins(mesh_);
     std::vector<CellFace> places;
-    for (const auto& faces : CollectCavities(mesh_).faces) places.push_back(faces.front());
+    for (const auto& faces : cavities.faces) places.push_back(faces.front());
     for (const CellFace& place : places) {
       if (run_.ShouldStop()) return;
-      const Cavities cavities = CollectCavities(mesh_);
       const int cavity = cavities.Of(mesh_.FindHalfFace(place));
       if (cavity < 0) continue;  // filled along with another
-      FillScope scope = ScopeAroundCavity(mesh_, cavities, cavity);
+      FillScope scope = ScopeAroundCavity(mesh_, bins, cavities, cavity);
       scope.max_added_cells =
           static_cast<int64_t>(cavities.faces[cavity].size()) * max_cells_per_face;
-      FillByDelaunay(hull_, cavities, scope, seed, &mesh_);
+      if (!FillByDelaunay(hull_, cavities, scope, seed, &mesh_)) continue;
+      cavities = CollectCavities(mesh_);
+      bins.AddNewCells(mesh_);
     }
     for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
   }

@@ -220,9 +220,9 @@ class DelaunayFiller {
     if (!cover_.tetrahedra().IsFinite(t)) return false;
     const Vec3d centre = CentreOf(t);
     const bool all_on_hull = std::all_of(v.begin(), v.end(), [&](int32_t id) {
-      return hull_.queries->Closest(mesh_.vertices()[id], kOnHullDistance).triangle >= 0;
+      return hull_.queries->IsWithin(mesh_.vertices()[id], kOnHullDistance);
     });
-    if (all_on_hull && hull_.queries->Closest(centre, kHullSliverDepth).triangle >= 0) return false;
+    if (all_on_hull && hull_.queries->IsWithin(centre, kHullSliverDepth)) return false;
     return hull_.queries->IsInside(centre);
   }
 
@@ -291,8 +291,7 @@ class DelaunayFiller {
       const int cavity = cavities_.Of(mesh_.FindHalfFace(face));
       if (cavity >= 0 && !cavity_done_[cavity]) continue;  // not ours to fill
       const Vec3d centre = FaceCentroid(face, mesh_.vertices());
-      if (hull_.queries->Closest(centre, kMaxHullFaceDepth).triangle < 0 &&
-          hull_.queries->IsInside(centre)) {
+      if (!hull_.queries->IsWithin(centre, kMaxHullFaceDepth) && hull_.queries->IsInside(centre)) {
         continue;
       }
       const auto behind = cover_.TetrahedraBehind(cell, face);

@@ -1,6 +1,8 @@
 #include "closure/fill_scope.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace amhex {
@@ -10,6 +12,7 @@ namespace {
 // keep the margin from there, where the complex may still differ from that of the whole mesh.
 constexpr double kScopeReach = 5.0;
 constexpr double kScopeMargin = 1.75;
+constexpr double kBinSize = 4.0;  // edge lengths
 
 bool Contains(const Box3d& box, const Vec3d& p, double margin) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -43,6 +46,36 @@ Eigen::Matrix3d ShapeOf(const CellCorners& c, const std::vector<Vec3d>& x) {
 
 }  // namespace
 
+void CellBins::AddNewCells(const WorkingMesh& mesh) {
+  for (; next_cell_ < mesh.cell_slots(); ++next_cell_) {
+    if (mesh.alive(next_cell_)) cells_[BinOf(CentreOf(mesh, next_cell_))].push_back(next_cell_);
+  }
+}
+
+CellBins::Bin CellBins::BinOf(const Vec3d& p) {
+  Bin bin;
+  for (int axis = 0; axis < 3; ++axis) {
+    bin[axis] = static_cast<int32_t>(std::floor(p[axis] / kBinSize));
+  }
+  return bin;
+}
+
+std::vector<int> CellBins::Around(const Box3d& box, double reach) const {
+  const Vec3d margin{reach, reach, reach};
+  const Bin low = BinOf(box.low - margin), high = BinOf(box.high + margin);
+  std::vector<int> found;
+  for (int32_t x = low[0]; x <= high[0]; ++x) {
+    for (int32_t y = low[1]; y <= high[1]; ++y) {
+      for (int32_t z = low[2]; z <= high[2]; ++z) {
+        const auto bin = cells_.find({x, y, z});
+        if (bin != cells_.end()) found.insert(found.end(), bin->second.begin(), bin->second.end());
+      }
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 FillScope ScopeOfWholeMesh(const WorkingMesh& mesh, const Cavities& cavities) {
   FillScope scope;
   for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
@@ -53,7 +86,8 @@ FillScope ScopeOfWholeMesh(const WorkingMesh& mesh, const Cavities& cavities) {
   return scope;
 }
 
-FillScope ScopeAroundCavity(const WorkingMesh& mesh, const Cavities& cavities, int cavity) {
+FillScope ScopeAroundCavity(const WorkingMesh& mesh, const CellBins& bins, const Cavities& cavities,
+                            int cavity) {
   Box3d box;
   for (const CellFace& face : cavities.faces[cavity]) {
     for (int j = 0; j < face.count; ++j) box.Extend(mesh.vertices()[face.v[j]]);
@@ -67,7 +101,7 @@ FillScope ScopeAroundCavity(const WorkingMesh& mesh, const Cavities& cavities, i
   scope.safe_box.high += Vec3d{safe, safe, safe};
   Eigen::Matrix3d shape = Eigen::Matrix3d::Zero();
   int hexahedra = 0;
-  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+  for (const int cell : bins.Around(box, kScopeReach)) {
     if (!mesh.alive(cell)) continue;
     const Vec3d centre = CentreOf(mesh, cell);
     if (!Contains(box, centre, kScopeReach)) continue;

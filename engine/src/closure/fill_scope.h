@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "closure/cavities.h"
 #include "closure/working_mesh.h"
 
@@ -28,9 +29,29 @@ struct FillScope {
   }
 };
 
+// The living cells by where their centres are. Vertices must not move meanwhile; cells that die may
+// still be found.
+class CellBins {
+ public:
+  explicit CellBins(const WorkingMesh& mesh) { AddNewCells(mesh); }
+
+  // Those added since the last call. O(their number).
+  void AddNewCells(const WorkingMesh& mesh);
+  // At least all cells whose centres are within `reach` of the box along each axis, ascending.
+  std::vector<int> Around(const Box3d& box, double reach) const;
+
+ private:
+  using Bin = std::array<int32_t, 3>;
+  static Bin BinOf(const Vec3d& p);
+
+  absl::flat_hash_map<Bin, std::vector<int>> cells_;  // only looked up
+  int next_cell_ = 0;
+};
+
 FillScope ScopeOfWholeMesh(const WorkingMesh& mesh, const Cavities& cavities);
 
-// The cells around one cavity, in the mean metric of its hexahedra.
-FillScope ScopeAroundCavity(const WorkingMesh& mesh, const Cavities& cavities, int cavity);
+// The cells around one cavity, in the mean metric of its hexahedra; `bins` of this mesh.
+FillScope ScopeAroundCavity(const WorkingMesh& mesh, const CellBins& bins, const Cavities& cavities,
+                            int cavity);
 
 }  // namespace amhex

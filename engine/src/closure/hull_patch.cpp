@@ -158,7 +158,7 @@ std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull
 }
 
 bool IsOnHull(const Hull& hull, const Vec3d& p) {
-  return hull.queries->Closest(p, kOnHullDistance).triangle >= 0;
+  return hull.queries->IsWithin(p, kOnHullDistance);
 }
 
 bool FollowsHull(const Hull& hull, const CellFace& face, const std::vector<Vec3d>& vertices) {

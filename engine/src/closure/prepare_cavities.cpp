@@ -118,8 +118,8 @@ int RemoveLooseCells(WorkingMesh* mesh) {
   };
   for (int cell = 0; cell < count; ++cell) {
     if (!mesh->alive(cell)) continue;
-    for (const CellFace& face : FacesOf(mesh->corners(cell))) {
-      const int32_t behind = mesh->Across(face);
+    for (const int32_t half : mesh->half_faces(cell)) {
+      const int32_t behind = half < 0 ? WorkingMesh::kOpen : mesh->owner(half ^ 1);
       if (behind >= 0)
         parent[std::max(find(cell), find(behind))] = std::min(find(cell), find(behind));
     }
@@ -132,8 +132,9 @@ int RemoveLooseCells(WorkingMesh* mesh) {
   for (int cell = 0; cell < count; ++cell) {
     if (!mesh->alive(cell)) continue;
     int matched = 0, open = 0;
-    for (const CellFace& face : FacesOf(mesh->corners(cell))) {
-      const int32_t behind = mesh->Across(face);
+    for (const int32_t half : mesh->half_faces(cell)) {
+      if (half < 0) break;
+      const int32_t behind = mesh->owner(half ^ 1);
       matched += behind >= 0 ? 1 : 0;
       open += behind == WorkingMesh::kOpen ? 1 : 0;
     }

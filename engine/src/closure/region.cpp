@@ -22,8 +22,10 @@ bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_
     region->walls.clear();
     region->hull_faces.clear();
     for (const int cell : region->cells) {
-      for (const CellFace& face : FacesOf(mesh.corners(cell))) {
-        const int half = mesh.FindHalfFace(face);
+      const CellFaces faces = FacesOf(mesh.corners(cell));
+      for (int i = 0; i < faces.count; ++i) {
+        const CellFace& face = faces.face[i];
+        const int half = mesh.half_faces(cell)[i];
         const int32_t behind = mesh.owner(half ^ 1);
         if (behind >= 0) {
           if (!Contains(region->cells, behind)) region->walls.push_back(Reversed(face));

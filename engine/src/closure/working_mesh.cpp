@@ -1,6 +1,7 @@
 #include "closure/working_mesh.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace amhex {
 
@@ -34,6 +35,7 @@ Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
 
 WorkingMesh::WorkingMesh(const CellComplex& complex) : vertices_(complex.vertices) {
   cells_.reserve(complex.cells.size());
+  half_faces_.reserve(complex.cells.size());
   for (const CellCorners& corners : complex.cells) AddCell(corners);
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
 }
@@ -44,8 +46,9 @@ CellComplex WorkingMesh::ToComplex() const {
   for (int cell = 0; cell < cell_slots(); ++cell) {
     if (!alive(cell)) continue;
     complex.cells.push_back(cells_[cell]);
-    for (const CellFace& face : FacesOf(cells_[cell])) {
-      if (Across(face) == kHull) complex.hull_faces.push_back(face);
+    const CellFaces faces = FacesOf(cells_[cell]);
+    for (int i = 0; i < faces.count; ++i) {
+      if (owners_[half_faces_[cell][i] ^ 1] == kHull) complex.hull_faces.push_back(faces.face[i]);
     }
   }
   return complex;
@@ -61,7 +64,10 @@ WorkingMesh::FaceKey WorkingMesh::KeyOf(const CellFace& face, int* orientation) 
   *orientation = next < previous ? 1 : 0;
   // The vertex opposite the smallest tells apart the rings that four vertices can form.
   const int32_t opposite = face.count == 4 ? face.v[(first + 2) % 4] : -1;
-  return {face.v[first], std::min(next, previous), std::max(next, previous), opposite};
+  const auto pair = [](int32_t high, int32_t low) {
+    return static_cast<uint64_t>(static_cast<uint32_t>(high)) << 32 | static_cast<uint32_t>(low);
+  };
+  return {pair(face.v[first], std::min(next, previous)), pair(std::max(next, previous), opposite)};
 }
 
 int WorkingMesh::HalfFace(const CellFace& face) {
@@ -106,7 +112,8 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   const auto type = RecognizeCell(corners);
   if (!type) return -1;
   const CellFaces faces = FacesOf(corners);
-  std::array<int, 6> halves{};
+  HalfFaces halves;
+  halves.fill(-1);
   for (int i = 0; i < faces.count; ++i) {
     halves[i] = HalfFace(faces.face[i]);
     if (owners_[halves[i]] != kOpen) return -1;
@@ -115,7 +122,11 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   cells_.push_back(corners);
   types_.push_back(*type);
   alive_.push_back(1);
+  half_faces_.push_back(halves);
+  has_open_.resize(static_cast<size_t>(cell) / 64 + 1, 0);
   for (int i = 0; i < faces.count; ++i) owners_[halves[i]] = cell;
+  NoteOpen(halves[0]);
+  for (int i = 0; i < faces.count; ++i) NoteOpen(halves[i] ^ 1);
   CountEdges(corners, 1);
   return cell;
 }
@@ -123,32 +134,57 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
 void WorkingMesh::RemoveCell(int cell) {
   alive_[cell] = 0;
   CountEdges(cells_[cell], -1);
-  for (const CellFace& face : FacesOf(cells_[cell])) {
-    const int half = FindHalfFace(face);
+  has_open_[cell / 64] &= ~(uint64_t{1} << cell % 64);
+  for (const int32_t half : half_faces_[cell]) {
+    if (half < 0) break;
     owners_[half] = kOpen;
     if (owners_[half ^ 1] == kHull) owners_[half ^ 1] = kOpen;
+    NoteOpen(half ^ 1);
   }
+}
+
+void WorkingMesh::NoteOpen(int half_face) {
+  const int32_t cell = owners_[half_face];
+  if (cell < 0) return;
+  const HalfFaces& halves = half_faces_[cell];
+  const bool any = std::any_of(halves.begin(), halves.end(), [this](int32_t half) {
+    return half >= 0 && owners_[half ^ 1] == kOpen;
+  });
+  const uint64_t bit = uint64_t{1} << cell % 64;
+  uint64_t& word = has_open_[cell / 64];
+  word = any ? word | bit : word & ~bit;
 }
 
 void WorkingMesh::MarkHull(const CellFace& outward_face) {
   const int half = FindHalfFace(outward_face);
-  if (half >= 0 && owners_[half] >= 0 && owners_[half ^ 1] == kOpen) owners_[half ^ 1] = kHull;
+  if (half < 0 || owners_[half] < 0 || owners_[half ^ 1] != kOpen) return;
+  owners_[half ^ 1] = kHull;
+  NoteOpen(half);
 }
 
 void WorkingMesh::UnmarkHull(const CellFace& outward_face) {
   const int half = FindHalfFace(outward_face);
-  if (half >= 0 && owners_[half ^ 1] == kHull) owners_[half ^ 1] = kOpen;
+  if (half < 0 || owners_[half ^ 1] != kHull) return;
+  owners_[half ^ 1] = kOpen;
+  NoteOpen(half);
 }
 
 std::vector<CellFace> WorkingMesh::OpenFaces() const {
   std::vector<CellFace> open;
-  for (int cell = 0; cell < cell_slots(); ++cell) {
-    if (!alive(cell)) continue;
-    for (const CellFace& face : FacesOf(cells_[cell])) {
-      if (Across(face) == kOpen) open.push_back(face);
+  for (size_t word = 0; word < has_open_.size(); ++word) {
+    for (uint64_t bits = has_open_[word]; bits != 0; bits &= bits - 1) {
+      const auto cell = static_cast<int>(64 * word) + std::countr_zero(bits);
+      const CellFaces faces = FacesOf(cells_[cell]);
+      for (int i = 0; i < faces.count; ++i) {
+        if (owners_[half_faces_[cell][i] ^ 1] == kOpen) open.push_back(faces.face[i]);
+      }
     }
   }
   return open;
+}
+
+bool WorkingMesh::HasOpenFaces() const {
+  return std::any_of(has_open_.begin(), has_open_.end(), [](uint64_t word) { return word != 0; });
 }
 
 std::vector<std::vector<int>> WorkingMesh::CellsAtVertices() const {

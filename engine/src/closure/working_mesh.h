@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
@@ -48,6 +49,9 @@ class WorkingMesh {
   bool is_hexahedron(int cell) const { return types_[cell] == PrimitiveType::kHexahedron; }
 
   // Half-faces are numbered 2 * face + orientation; `half ^ 1` looks the other way.
+  // Those of a cell, in the order of FacesOf; behind them -1.
+  using HalfFaces = std::array<int32_t, 6>;
+  const HalfFaces& half_faces(int cell) const { return half_faces_[cell]; }
   int HalfFace(const CellFace& face);            // inserts the face if it is new
   int FindHalfFace(const CellFace& face) const;  // -1 if the face is unknown
   // Cell whose outward face this is, kOpen, or kHull.
@@ -73,21 +77,34 @@ class WorkingMesh {
   void MarkHull(const CellFace& outward_face);
   void UnmarkHull(const CellFace& outward_face);
 
-  // Outward faces of living cells with nothing behind, in cell order.
+  // Outward faces of living cells with nothing behind, in cell order. Visits only cells that have
+  // any.
   std::vector<CellFace> OpenFaces() const;
+  bool HasOpenFaces() const;
   // [vertex] living cells at it, ascending.
   std::vector<std::vector<int>> CellsAtVertices() const;
 
  private:
-  using FaceKey = std::array<int32_t, 4>;
+  struct FaceKey {
+    uint64_t first, second;  // two vertices each
+    bool operator==(const FaceKey&) const = default;
+    template <class Hash>
+    friend Hash AbslHashValue(Hash hash, const FaceKey& key) {
+      return Hash::combine(std::move(hash), key.first, key.second);
+    }
+  };
   static FaceKey KeyOf(const CellFace& face, int* orientation);
   static uint64_t EdgeKey(int32_t a, int32_t b);
   void CountEdges(const CellCorners& corners, int change);
+  // Notes whether the living cell behind `half_face`, if any, has open faces now.
+  void NoteOpen(int half_face);
 
   std::vector<Vec3d> vertices_;
   std::vector<CellCorners> cells_;
   std::vector<PrimitiveType> types_;
   std::vector<uint8_t> alive_;
+  std::vector<HalfFaces> half_faces_;  // [cell]
+  std::vector<uint64_t> has_open_;     // bit c % 64 of entry c / 64: the cell has an open face
   absl::flat_hash_map<FaceKey, int> face_index_;      // only looked up, never iterated
   std::vector<int32_t> owners_;                       // [half_face]
   absl::flat_hash_map<uint64_t, int> cells_at_edge_;  // only looked up

@@ -1,32 +1,147 @@
 #include "fields/conjugate_gradient.h"
 
 #include <cstdint>
+#include <cstring>
 
 #include "fields/field_loops.h"
+#include "fields/frame_lanes.h"
 
 namespace amhex::fields {
 namespace {
 
-// Sum of term(i) over one block in four interleaved partial sums: fixed order, short dependency.
-template <class Term>
-double BlockSum(int64_t begin, int64_t end, const Term& term) {
-  double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
-  int64_t i = begin;
-  for (; i + 4 <= end; i += 4) {
-    s0 += term(i);
-    s1 += term(i + 1);
-    s2 += term(i + 2);
-    s3 += term(i + 3);
-  }
-  for (; i < end; ++i) s0 += term(i);
-  return (s0 + s1) + (s2 + s3);
+using DoubleQuad = double __attribute__((vector_size(32), aligned(alignof(double))));
+using FloatQuad = float __attribute__((vector_size(16), aligned(alignof(float))));
+
+AMHEX_LANES_INLINE FloatQuad Load(const float* from) {
+  FloatQuad lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+AMHEX_LANES_INLINE void Store(const FloatQuad& lanes, float* to) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+AMHEX_LANES_INLINE DoubleQuad ToDoubles(const FloatQuad& lanes) {
+  return __builtin_convertvector(lanes, DoubleQuad);
 }
 
-template <class Term>
-double Sum(const RunContext& run, int64_t count, const Term& term) {
-  return DeterministicSum(run, count,
-                          [&](int64_t begin, int64_t end) { return BlockSum(begin, end, term); });
+// Sum over i in [0, count) of the terms that `term(i)` gives four at a time, in four interleaved
+// partial sums per block: fixed order, short dependency. `last_term(i)` gives a single one, for
+// what is left of a block.
+template <class Term, class LastTerm>
+double Sum(const RunContext& run, int64_t count, const Term& term, const LastTerm& last_term) {
+  return DeterministicSum(run, count, [&](int64_t begin, int64_t end) {
+    DoubleQuad sums{};
+    RunWithWidestVectors([&] {
+      DoubleQuad partial{};
+      int64_t i = begin;
+      for (; i + 4 <= end; i += 4) partial += term(i);
+      for (; i < end; ++i) partial[0] += last_term(i);
+      sums = partial;
+    });
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  });
 }
+
+// The arrays of one solve.
+class Solve {
+ public:
+  Solve(const LinearSystem& system, const std::vector<float>& rhs, const RunContext& run,
+        std::vector<float>* x)
+      : system_(system),
+        run_(run),
+        count_(static_cast<int64_t>(rhs.size())),
+        rhs_(rhs.data()),
+        diagonal_(system.diagonal.data()),
+        x_(x->data()),
+        residual_(rhs.size()),
+        direction_(rhs.size()),
+        product_(rhs.size()) {
+    system_.apply(*x, product_);
+  }
+
+  double RightSideNorm() const {
+    return Sum(
+        run_, count_,
+        [&](int64_t i) {
+          const DoubleQuad r = ToDoubles(Load(rhs_ + i));
+          return r * r / ToDoubles(Load(diagonal_ + i));
+        },
+        [&](int64_t i) { return static_cast<double>(rhs_[i]) * rhs_[i] / diagonal_[i]; });
+  }
+
+  // The residual and the first direction; returns the residual's norm.
+  double Start() {
+    float *residual = residual_.data(), *direction = direction_.data();
+    const float* product = product_.data();
+    return Sum(
+        run_, count_,
+        [&](int64_t i) {
+          const FloatQuad r = Load(rhs_ + i) - Load(product + i);
+          const FloatQuad d = r / Load(diagonal_ + i);
+          Store(r, residual + i);
+          Store(d, direction + i);
+          return ToDoubles(r) * ToDoubles(d);
+        },
+        [&](int64_t i) {
+          residual[i] = rhs_[i] - product[i];
+          direction[i] = residual[i] / diagonal_[i];
+          return static_cast<double>(residual[i]) * direction[i];
+        });
+  }
+
+  double Curvature() {
+    system_.apply(direction_, product_);
+    const float *direction = direction_.data(), *product = product_.data();
+    return Sum(
+        run_, count_,
+        [&](int64_t i) { return ToDoubles(Load(direction + i)) * ToDoubles(Load(product + i)); },
+        [&](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
+  }
+
+  // Moves x along the direction; returns the new residual's norm.
+  double Move(float step) {
+    float* residual = residual_.data();
+    const float *direction = direction_.data(), *product = product_.data();
+    return Sum(
+        run_, count_,
+        [&](int64_t i) {
+          Store(Load(x_ + i) + step * Load(direction + i), x_ + i);
+          const FloatQuad r = Load(residual + i) - step * Load(product + i);
+          Store(r, residual + i);
+          return ToDoubles(r) * ToDoubles(r) / ToDoubles(Load(diagonal_ + i));
+        },
+        [&](int64_t i) {
+          x_[i] += step * direction[i];
+          residual[i] -= step * product[i];
+          return static_cast<double>(residual[i]) * residual[i] / diagonal_[i];
+        });
+  }
+
+  void Turn(float carry) {
+    const float* residual = residual_.data();
+    float* direction = direction_.data();
+    ForEachInLanes(run_, (count_ + 3) / 4, [&](int64_t quad) {
+      const int64_t i = 4 * quad;
+      if (i + 4 <= count_) {
+        const FloatQuad r = Load(residual + i) / Load(diagonal_ + i);
+        Store(r + carry * Load(direction + i), direction + i);
+        return;
+      }
+      for (int64_t k = i; k < count_; ++k) {
+        direction[k] = residual[k] / diagonal_[k] + carry * direction[k];
+      }
+    });
+  }
+
+ private:
+  const LinearSystem& system_;
+  const RunContext& run_;
+  const int64_t count_;
+  const float* rhs_;
+  const float* diagonal_;
+  float* x_;
+  std::vector<float> residual_, direction_, product_;
+};
 
 }  // namespace
 
@@ -34,35 +149,17 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
                                            const std::vector<float>& rhs,
                                            const ConjugateGradientLimits& limits,
                                            const RunContext& run, std::vector<float>* x) {
-  const auto count = static_cast<int64_t>(rhs.size());
-  const std::vector<float>& diagonal = system.diagonal;
-  std::vector<float> residual(count), direction(count), product(count);
-  system.apply(*x, product);
-  const double rhs_norm = Sum(
-      run, count, [&](int64_t i) { return static_cast<double>(rhs[i]) * rhs[i] / diagonal[i]; });
-  double norm = Sum(run, count, [&](int64_t i) {
-    residual[i] = rhs[i] - product[i];
-    direction[i] = residual[i] / diagonal[i];
-    return static_cast<double>(residual[i]) * direction[i];
-  });
-  const double goal = limits.tolerance * limits.tolerance * rhs_norm;
+  Solve solve(system, rhs, run, x);
+  const double goal = limits.tolerance * limits.tolerance * solve.RightSideNorm();
+  double norm = solve.Start();
   int iteration = 0;
   for (; iteration < limits.max_iterations && norm > goal; ++iteration) {
     if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
-    system.apply(direction, product);
-    const double curvature =
-        Sum(run, count, [&](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
+    const double curvature = solve.Curvature();
     if (!(curvature > 0)) break;  // the direction has vanished: nothing left to improve
-    const auto step = static_cast<float>(norm / curvature);
-    const double next_norm = Sum(run, count, [&](int64_t i) {
-      (*x)[i] += step * direction[i];
-      residual[i] -= step * product[i];
-      return static_cast<double>(residual[i]) * residual[i] / diagonal[i];
-    });
-    const auto carry = static_cast<float>(next_norm / norm);
+    const double next_norm = solve.Move(static_cast<float>(norm / curvature));
+    solve.Turn(static_cast<float>(next_norm / norm));
     norm = next_norm;
-    ForEach(run, count,
-            [&](int64_t i) { direction[i] = residual[i] / diagonal[i] + carry * direction[i]; });
   }
   if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
   return iteration;

@@ -28,7 +28,7 @@ class OctantTest {
     const Vec3d centre = origin_ + Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * side;
     if (level > 0) {
       const double reach = side * std::sqrt(3.0) / 2 * kReachSlack;
-      if (queries_.Closest(centre, reach).triangle >= 0) return Octant::kMixed;
+      if (queries_.IsWithin(centre, reach)) return Octant::kMixed;
     }
     return queries_.IsInside(centre) ? Octant::kInside : Octant::kOutside;
   }

@@ -47,8 +47,7 @@ absl::Status FindHullConstraints(const Hull& hull, BackgroundGrid* grid, const R
   const int64_t count = level.count();
   std::vector<uint8_t> is_near(count, 0);
   ForEach(run, count, [&](int64_t i) {
-    is_near[i] =
-        hull.queries->Closest(grid->Position(i), kReach * grid->spacing).triangle >= 0 ? 1 : 0;
+    is_near[i] = hull.queries->IsWithin(grid->Position(i), kReach * grid->spacing) ? 1 : 0;
   });
   if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
   std::vector<int32_t> near_nodes;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "fields/conjugate_gradient.h"
+#include "fields/frame_lanes.h"
 #include "fields/hull_edges.h"
 #include "fields/lattice_jacobian.h"
 
@@ -102,12 +103,62 @@ class ClosureSystem {
     return Weighted(i, d, {1, 1, 1}) + Vec3f{closing, closing, closing};
   }
 
+  // product = W x + K C^T C x on flat vectors; `curls` is room for C x. The same operations as
+  // above, in lanes.
+  void Apply(const std::vector<float>& x, std::vector<float>* curls,
+             std::vector<float>* product) const {
+    const float* from = x.data();
+    float* curl = curls->data();
+    float* to = product->data();
+    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
+      for (int d = 0; d < 3; ++d) {
+        StoreAxes(IsRegular(i, d) ? CurlLanes(from, i, d) : AxisLanes{}, curl + 9 * i + 3 * d);
+      }
+    });
+    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
+      for (int d = 0; d < 3; ++d) {
+        const int64_t at = 9 * i + 3 * d;
+        StoreAxes(WeightLanes(i, d) * LoadAxes(from + at) + AdjointLanes(curl, i, d) * weight_,
+                  to + at);
+      }
+    });
+  }
+
   bool IsRegular(int64_t i, int d) const { return (is_regular_[i] >> d & 1) != 0; }
   float weight() const { return weight_; }
 
  private:
+  AMHEX_LANES_INLINE AxisLanes CurlLanes(const float* x, int64_t i, int d) const {
+    const int e = (d + 1) % 3;
+    const int64_t a = level_.neighbours[i][d], b = level_.neighbours[i][e];
+    return LoadAxes(x + 9 * i + 3 * d) +
+           Applied(rotations_[codes_[i][d]], LoadAxes(x + 9 * a + 3 * e)) -
+           Applied(rotations_[codes_[i][e]], LoadAxes(x + 9 * b + 3 * d)) -
+           LoadAxes(x + 9 * i + 3 * e);
+  }
+  AMHEX_LANES_INLINE AxisLanes AdjointLanes(const float* curls, int64_t i, int d) const {
+    const int before = (d + 2) % 3, after = (d + 1) % 3;
+    AxisLanes sum = LoadAxes(curls + 9 * i + 3 * d) - LoadAxes(curls + 9 * i + 3 * before);
+    if (const int64_t j = level_.neighbours[i][Opposite(before)]; j >= 0) {
+      sum += InverseApplied(rotations_[codes_[j][before]], LoadAxes(curls + 9 * j + 3 * before));
+    }
+    if (const int64_t j = level_.neighbours[i][Opposite(after)]; j >= 0) {
+      sum -= InverseApplied(rotations_[codes_[j][after]], LoadAxes(curls + 9 * j + 3 * d));
+    }
+    return sum;
+  }
+  AMHEX_LANES_INLINE AxisLanes WeightLanes(int64_t i, int d) const {
+    AxisLanes weight = {1, 1, 1, 1};
+    if (follows_[i] == 0) return weight;
+    for (int a = 0; a < 3; ++a) {
+      if (Follows(follows_, i, d, a)) weight[a] = hull_weight_;
+    }
+    return weight;
+  }
+
   const GridLevel& level_;
   const ForwardCodes& codes_;
+  const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
   float weight_;
   float hull_weight_;
   std::vector<uint16_t> follows_;
@@ -148,15 +199,9 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
   closure.Curls(*increments, &curls);
   Flatten(
       run, count, [&](int64_t i, int d) { return closure.Adjoint(curls, i, d) * -weight; }, &rhs);
+  std::vector<float> curl_lanes(9 * count);
   system.apply = [&](const std::vector<float>& x, std::vector<float>& product) {
-    Unflatten(x, run, &scratch);
-    closure.Curls(scratch, &curls);
-    Flatten(
-        run, count,
-        [&](int64_t i, int d) {
-          return closure.Weighted(i, d, scratch[i][d]) + closure.Adjoint(curls, i, d) * weight;
-        },
-        &product);
+    closure.Apply(x, &curl_lanes, &product);
   };
   const absl::StatusOr<int> iterations = SolveConjugateGradient(
       system, rhs, {settings.max_iterations, settings.tolerance}, run, &correction);

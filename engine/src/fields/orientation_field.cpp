@@ -1,7 +1,10 @@
 #include "fields/orientation_field.h"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
+#include "fields/field_loops.h"
 #include "fields/point_index.h"
 #include "fields/quartic_form.h"
 
@@ -105,17 +108,49 @@ HullForms ParentHullForms(const GridLevel& level, const HullForms& children, int
   return hull;
 }
 
-// The frame nearest to the neighbours' and the hull's wishes together.
-Quaternion SmoothedFrame(const GridLevel& level, const HullForms& hull,
-                         const std::vector<QuarticForm>& forms, const Quaternion& start,
-                         int64_t node) {
+// The neighbours' and the hull's wishes together.
+QuarticForm WishesAt(const GridLevel& level, const HullForms& hull,
+                     const std::vector<QuarticForm>& forms, int64_t node) {
   QuarticForm sum;
   if (const int32_t index = hull.of_node[node]; index >= 0) sum = hull.forms[index];
-  for (int k = 0; k < kNeighbourCount; ++k) {
-    const int32_t j = level.neighbours[node][k];
-    if (j >= 0) sum.Add(forms[j], WeightOf(level, node, k));
+  RunWithWidestVectors([&] {
+    for (int k = 0; k < kNeighbourCount; ++k) {
+      const int32_t j = level.neighbours[node][k];
+      if (j >= 0) sum.Add(forms[j], WeightOf(level, node, k));
+    }
+  });
+  return sum;
+}
+
+// Moves the frames of up to kLanes nodes, none a neighbour of another.
+void SmoothNodes(const GridLevel& level, const HullForms& hull, std::span<const int32_t> nodes,
+                 std::vector<QuarticForm>* forms, std::vector<Quaternion>* frames) {
+  FrameBatch batch;
+  for (size_t lane = 0; lane < kLanes; ++lane) {
+    const bool is_used = lane < nodes.size();  // the others repeat the first
+    batch.forms[lane] = is_used ? WishesAt(level, hull, *forms, nodes[lane]) : batch.forms[0];
+    batch.frames[lane] = (*frames)[nodes[is_used ? lane : 0]];
   }
-  return NearestFrame(sum, start, kAscentRounds);
+  FindNearestFrames(kAscentRounds, &batch);
+  for (size_t lane = 0; lane < nodes.size(); ++lane) {
+    (*frames)[nodes[lane]] = batch.frames[lane];
+    (*forms)[nodes[lane]] = FormOfFrame(batch.frames[lane]);
+  }
+}
+
+// Calls body(nodes) for kLanes nodes at a time, from several threads.
+template <class Body>
+void ForBatches(const std::vector<int32_t>& nodes, const RunContext& run, const Body& body) {
+  constexpr size_t kBatchesPerPoll = 32;  // some microseconds each
+  using Range = oneapi::tbb::blocked_range<size_t>;
+  const size_t batch_count = (nodes.size() + kLanes - 1) / kLanes;
+  oneapi::tbb::parallel_for(Range(0, batch_count, kBatchesPerPoll), [&](const Range& range) {
+    if (run.ShouldStop()) return;
+    for (size_t b = range.begin(); b < range.end(); ++b) {
+      const size_t begin = b * kLanes;
+      body(std::span(nodes).subspan(begin, std::min<size_t>(kLanes, nodes.size() - begin)));
+    }
+  });
 }
 
 absl::Status SmoothLevel(const GridLevel& level, const HullForms& hull, int sweeps,
@@ -125,11 +160,8 @@ absl::Status SmoothLevel(const GridLevel& level, const HullForms& hull, int swee
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (int step = 0; step < 8; ++step) {
       const std::vector<int32_t>& colour = level.colours[(sweep & 1) != 0 ? 7 - step : step];
-      ForEach(run, static_cast<int64_t>(colour.size()), [&](int64_t c) {
-        const int32_t node = colour[c];
-        const Quaternion frame = SmoothedFrame(level, hull, forms, (*frames)[node], node);
-        (*frames)[node] = frame;
-        forms[node] = FormOfFrame(frame);
+      ForBatches(colour, run, [&](std::span<const int32_t> nodes) {
+        SmoothNodes(level, hull, nodes, &forms, frames);
       });
       if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
     }

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "fields/conjugate_gradient.h"
+#include "fields/frame_lanes.h"
 #include "fields/phase_seeds.h"
 
 namespace amhex::fields {
@@ -14,6 +15,8 @@ constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr float kRegularization = 1e-4F;
 // Rounds over a node's hull constraints when it has several: they are not quite orthogonal.
 constexpr int kProjectionRounds = 3;
+constexpr PhaseLanes kMinusImaginary = {1, -1, 1, -1, 1, -1, 1, -1};
+constexpr PhaseLanes kMinusReal = {-1, 1, -1, 1, -1, 1, -1, 1};
 
 // Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
 // Energy: sum over edges |psi_i e^{2 pi i increment} - psi_j|^2 (conjugated where the axes oppose)
@@ -48,18 +51,23 @@ class PhaseSystem {
   }
 
   void Apply(const std::vector<float>& x, std::vector<float>& product) const {
-    ForEach(run_, level_.count(), [&](int64_t i) {
-      std::array<float, 6> sum;
-      for (int a = 0; a < 3; ++a) {
-        const float own = static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_;
-        sum[2 * a] = own * x[6 * i + 2 * a];
-        sum[2 * a + 1] = own * x[6 * i + 2 * a + 1];
-      }
+    const float* from = x.data();
+    float* to = product.data();
+    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
+      const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
+      const AxisLanes weight =
+          static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
+      PhaseLanes sum = __builtin_shufflevector(weight, weight, 0, 0, 1, 1, 2, 2, 3, 3) *
+                       LoadPhases(from + 6 * i);
       for (int d = 0; d < 3; ++d) {
-        SubtractForward(x, i, d, &sum);
-        SubtractBackward(x, i, d, &sum);
+        if (const int64_t j = neighbours[d]; j >= 0) {
+          sum -= FromForward(LoadPhases(from + 6 * j), i, d);
+        }
+        if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
+          sum -= FromBackward(LoadPhases(from + 6 * j), j, d);
+        }
       }
-      for (int c = 0; c < 6; ++c) product[6 * i + c] = sum[c];
+      StorePhases(sum, to + 6 * i);
     });
   }
 
@@ -111,34 +119,28 @@ class PhaseSystem {
     }
   }
 
+  // psi times e^{i turn}, or e^{-i turn} with the opposite signs.
+  AMHEX_LANES_INLINE static PhaseLanes Turned(const PhaseLanes& psi, const float* turns,
+                                              const PhaseLanes& sine_sign) {
+    const PhaseLanes turn = LoadPhases(turns);
+    const PhaseLanes cosine = __builtin_shufflevector(turn, turn, 0, 0, 2, 2, 4, 4, 6, 6);
+    const PhaseLanes sine = __builtin_shufflevector(turn, turn, 1, 1, 3, 3, 5, 5, 7, 7);
+    const PhaseLanes swapped = __builtin_shufflevector(psi, psi, 1, 0, 3, 2, 5, 4, 7, 6);
+    return psi * cosine + swapped * (sine * sine_sign);
+  }
+
   // Neighbour i + d, seen from i: e^{-i turn} times psi_j, conjugated where the axes oppose.
-  void SubtractForward(const std::vector<float>& x, int64_t i, int d,
-                       std::array<float, 6>* sum) const {
-    const int64_t j = level_.neighbours[i][d];
-    if (j < 0) return;
-    const AxisRotation& rotation = kAxisRotations[codes_[i][d]];
-    for (int a = 0; a < 3; ++a) {
-      const int64_t b = 6 * j + 2 * rotation.source[a];
-      const float re = x[b], im = rotation.sign[a] * x[b + 1];
-      const auto [c, s] = turns_[i][d][a];
-      (*sum)[2 * a] -= re * c + im * s;
-      (*sum)[2 * a + 1] -= im * c - re * s;
-    }
+  AMHEX_LANES_INLINE PhaseLanes FromForward(const PhaseLanes& psi_j, int64_t i, int d) const {
+    const LaneRotation& rotation = rotations_[codes_[i][d]];
+    return Turned(rotation.conjugation * Shuffled(psi_j, rotation.phase_source),
+                  &turns_[i][d][0].cosine, kMinusImaginary);
   }
 
   // Neighbour j = i - d, whose axis a turns into axis rotation.source[a] of i.
-  void SubtractBackward(const std::vector<float>& x, int64_t i, int d,
-                        std::array<float, 6>* sum) const {
-    const int64_t j = level_.neighbours[i][Opposite(d)];
-    if (j < 0) return;
-    const AxisRotation& rotation = kAxisRotations[codes_[j][d]];
-    for (int a = 0; a < 3; ++a) {
-      const float re = x[6 * j + 2 * a], im = x[6 * j + 2 * a + 1];
-      const auto [c, s] = turns_[j][d][a];
-      const int b = 2 * rotation.source[a];
-      (*sum)[b] -= re * c - im * s;
-      (*sum)[b + 1] -= rotation.sign[a] * (re * s + im * c);
-    }
+  AMHEX_LANES_INLINE PhaseLanes FromBackward(const PhaseLanes& psi_j, int64_t j, int d) const {
+    const LaneRotation& rotation = rotations_[codes_[j][d]];
+    return Shuffled(rotation.conjugation * Turned(psi_j, &turns_[j][d][0].cosine, kMinusReal),
+                    rotation.phase_inverse);
   }
 
   struct Turn {
@@ -147,6 +149,7 @@ class PhaseSystem {
   const GridLevel& level_;
   const ForwardCodes& codes_;
   const RunContext& run_;
+  const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
   std::vector<std::array<std::array<Turn, 3>, 3>> turns_;  // [node][d][axis]
   std::vector<uint8_t> edge_count_;
   std::vector<float> hull_weight_;  // [3 * node + axis]

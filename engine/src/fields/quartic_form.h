@@ -10,17 +10,18 @@
 #include <array>
 
 #include "amhex/vec3.h"
+#include "base/vector_lanes.h"
 #include "fields/octahedral_group.h"
 
 namespace amhex::fields {
 
 // Coefficients, binomial factors included, of x^4 y^4 z^4, x^3y x^3z y^3x y^3z z^3x z^3y,
-// x^2y^2 x^2z^2 y^2z^2, x^2yz xy^2z xyz^2.
+// x^2y^2 x^2z^2 y^2z^2, x^2yz xy^2z xyz^2; a sixteenth that is always zero fills the vector.
 struct QuarticForm {
-  std::array<float, 15> coefficients{};
+  std::array<float, 16> coefficients{};
 
   void Add(const QuarticForm& other, float weight) {
-    for (int k = 0; k < 15; ++k) coefficients[k] += weight * other.coefficients[k];
+    for (int k = 0; k < 16; ++k) coefficients[k] += weight * other.coefficients[k];
   }
   // Of P at x.
   Vec3d Gradient(const Vec3d& x) const;
@@ -36,6 +37,13 @@ QuarticForm FormOfAxis(const Vec3d& axis);
 // (P is convex); the error falls with its third power where the summed frames agree. Returns
 // `start` for a form without preference.
 Quaternion NearestFrame(const QuarticForm& form, const Quaternion& start, int rounds);
+
+// The same for several forms at once, to the bit.
+struct FrameBatch {
+  std::array<QuarticForm, kLanes> forms;
+  std::array<Quaternion, kLanes> frames;  // start, then result
+};
+void FindNearestFrames(int rounds, FrameBatch* batch);
 
 // Rotation nearest to the matrix with these columns (Newton's iteration); false if their
 // determinant is not clearly positive for columns of about unit length.

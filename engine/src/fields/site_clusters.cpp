@@ -87,8 +87,7 @@ std::vector<int32_t> OrderByMass(const std::vector<float>& mass) {
 }
 
 bool IsWellInside(const HullQueries& queries, const Vec3d& centre, const Vec3d& size) {
-  return queries.Closest(centre, kMinDepth * Smallest(size)).triangle < 0 &&
-         queries.IsInside(centre);
+  return !queries.IsWithin(centre, kMinDepth * Smallest(size)) && queries.IsInside(centre);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fields/conjugate_gradient.h"
+#include "fields/frame_lanes.h"
 
 namespace amhex::fields {
 namespace {
@@ -73,13 +74,25 @@ class SizeSystem {
   }
 
   void Apply(const std::vector<float>& x, std::vector<float>& product) const {
-    ForEach(run_, level_.count(), [&](int64_t i) {
-      std::array<float, 3> sum;
-      for (int a = 0; a < 3; ++a) sum[a] = kRegularization * x[3 * i + a];
-      VisitEdges(i, [&](int64_t j, int a, int b, float weight, int) {
-        sum[a] += weight * (x[3 * i + a] - x[3 * j + b]);
-      });
-      for (int a = 0; a < 3; ++a) product[3 * i + a] = sum[a];
+    const float* from = x.data();
+    float* to = product.data();
+    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
+      const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
+      const AxisLanes own = LoadAxes(from + 3 * i);
+      AxisLanes sum = kRegularization * own;
+      for (int d = 0; d < 3; ++d) {
+        if (const int64_t j = neighbours[d]; j >= 0) {
+          const LaneRotation& rotation = rotations_[codes_[i][d]];
+          sum += LoadAxes(weights_[i][d].data()) *
+                 (own - Shuffled(LoadAxes(from + 3 * j), rotation.source));
+        }
+        if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
+          const LaneRotation& rotation = rotations_[codes_[j][d]];
+          sum += Shuffled(LoadAxes(weights_[j][d].data()), rotation.inverse) *
+                 (own - Shuffled(LoadAxes(from + 3 * j), rotation.inverse));
+        }
+      }
+      StoreAxes(sum, to + 3 * i);
     });
   }
 
@@ -139,6 +152,7 @@ class SizeSystem {
   const GridLevel& level_;
   const ForwardCodes& codes_;
   const RunContext& run_;
+  const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
   double spacing_;
   std::vector<std::array<std::array<float, 3>, 3>> weights_;  // [node][d][axis]
 };

@@ -153,13 +153,14 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
   if (result.closed.user_edge_length > 0 && sizing.cell_count > 0) {
     wanted = {0, result.closed.user_edge_length};
   }
-  const HullQueries queries(solid.vertices, solid.triangles);
+  const HullQueries queries(solid.vertices, solid.triangles, StopPoll(run));
   AMHEX_ASSIGN_OR_RETURN(result.user_edge_length,
                          ResolveEdgeLength(wanted, solid, queries, result.volume, unit.scale));
   return result;
 }
 
-Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params) {
+Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
+              const StopPoll& poll) {
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;
   Hull hull;
@@ -170,14 +171,16 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params) 
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
   hull.volume = sized.volume / (h * h * h);
   hull.warnings = std::move(sized.closed.warnings);
-  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles);
+  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll);
 
   const TriangleMesh topology{hull.vertices, hull.triangles};
   const EdgeAdjacency adjacency = FindEdgeAdjacency(topology);
   const Components components = FindComponents(adjacency);
   hull.component_count = components.count;
   hull.genus = adjacency.IsClosedManifold() ? GenusOf(topology, adjacency, components) : -1;
+  poll.Now();
   ComputeNormals(adjacency, hull);
+  poll.Now();
   FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, hull);
   hull.input_points = std::move(sized.closed.input_points);
   for (Vec3d& p : hull.input_points) p /= h;
@@ -211,7 +214,7 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   const double h = sized.user_edge_length / unit.scale;
   AMHEX_RETURN_IF_ERROR(
       CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
-  return MakeHull(std::move(sized), unit, params);
+  return MakeHull(std::move(sized), unit, params, StopPoll(run));
 }
 
 absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_length,
@@ -227,7 +230,7 @@ absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_
   }
   sized.volume = VolumeOf(sized.closed.mesh);
   sized.user_edge_length = edge_length;
-  return MakeHull(std::move(sized), unit, params);
+  return MakeHull(std::move(sized), unit, params, StopPoll(run));
 }
 
 }  // namespace amhex

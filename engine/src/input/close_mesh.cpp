@@ -70,6 +70,7 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
     Note(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
     return false;
   }
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Components components = FindComponents(adjacency);
   const OrientationResult orientation = MakeOrientationConsistent(adjacency, components, mesh);
   if (!orientation.is_orientable) {
@@ -78,6 +79,7 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   }
   Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
   adjacency = FindEdgeAdjacency(mesh);  // turned triangles have their edges in another order
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   SplitFans(adjacency, mesh);
   size_t openings = 0;
   if (adjacency.open_edge_count > 0) {
@@ -99,8 +101,9 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   Note(decision.turned_components, "components turned to look outward", warnings);
   Note(decision.dropped_components, "components that bound no volume, left out", warnings);
   DropUnusedVertices(mesh);
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
-  const HullQueries queries(mesh.vertices, mesh.triangles);
+  const HullQueries queries(mesh.vertices, mesh.triangles, StopPoll(run));
   return MisboundedAreaRatio(mesh, queries) <= kTolerableMisboundedRatio;
 }
 

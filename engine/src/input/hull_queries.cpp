@@ -1,8 +1,12 @@
 #include "input/hull_queries.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "input/triangle_math.h"
 
@@ -11,16 +15,20 @@ namespace {
 
 constexpr int32_t kLeafTriangles = 4;
 constexpr int kBinCount = 16;
+// Subtrees of more triangles than this are built by a task of their own.
+constexpr int32_t kTrianglesPerTask = 16384;
 // From this depth on nodes are halved by count, which bounds the depth by 64 + log2(2^31).
 constexpr int kBalancedDepth = 64;
 constexpr int kStackSize = 128;
 // Barill et al. 2018: a node is far beyond this many of its radii.
 constexpr double kFarRatio = 2.3;
 
-double SquaredDistanceToBox(const Vec3d& p, const Vec3d& low, const Vec3d& high) {
-  const double x = std::max({low.x - p.x, 0.0, p.x - high.x});
-  const double y = std::max({low.y - p.y, 0.0, p.y - high.y});
-  const double z = std::max({low.z - p.z, 0.0, p.z - high.z});
+// Inlined by force: the innermost step of every query.
+[[gnu::always_inline]] inline double SquaredDistanceToBox(const Vec3d& p, const Vec3d& low,
+                                                          const Vec3d& high) {
+  const double x = std::max(std::max(low.x - p.x, 0.0), p.x - high.x);
+  const double y = std::max(std::max(low.y - p.y, 0.0), p.y - high.y);
+  const double z = std::max(std::max(low.z - p.z, 0.0), p.z - high.z);
   return x * x + y * y + z * z;
 }
 
@@ -47,10 +55,12 @@ double EntryDistance(const Vec3d& origin, const Vec3d& inverse, const Vec3d& low
 }  // namespace
 
 HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
-                         const std::vector<std::array<int32_t, 3>>& triangles) {
+                         const std::vector<std::array<int32_t, 3>>& triangles,
+                         const StopPoll& poll) {
   triangles_.reserve(triangles.size());
   original_.reserve(triangles.size());
   for (size_t i = 0; i < triangles.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     const auto& t = triangles[i];
     const Triangle triangle{vertices[static_cast<size_t>(t[0])],
                             vertices[static_cast<size_t>(t[1])],
@@ -59,46 +69,62 @@ HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
     triangles_.push_back(triangle);
     original_.push_back(static_cast<int32_t>(i));
   }
-  nodes_.reserve(triangles_.size());
-  if (!triangles_.empty()) Build(0, static_cast<int32_t>(triangles_.size()), 0);
+  if (!triangles_.empty()) {
+    nodes_.reserve(triangles_.size());
+    Build({0, static_cast<int32_t>(triangles_.size())}, 0, poll, &nodes_);
+  }
 
-  normals_.reserve(triangles.size());
+  normals_.reserve(triangles_.size());
   for (const Triangle& t : triangles_) {
+    poll.At(static_cast<int64_t>(normals_.size()));
     normals_.push_back(Normalized(DoubleAreaVector(t.a, t.b, t.c)));
   }
   dipoles_.resize(nodes_.size());
-  for (size_t node = 0; node < nodes_.size(); ++node) ComputeDipole(static_cast<int32_t>(node));
+  tbb::parallel_for(size_t{0}, nodes_.size(),
+                    [&](size_t node) { ComputeDipole(static_cast<int32_t>(node), poll); });
 }
 
-int32_t HullQueries::Build(int32_t begin, int32_t end, int depth) {
-  const auto id = static_cast<int32_t>(nodes_.size());
-  nodes_.emplace_back();
+void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
+                        std::vector<Node>* nodes) {
+  const int32_t begin = range.begin, end = range.end;
   Box3d box;
   for (int32_t i = begin; i < end; ++i) {
     const Triangle& t = triangles_[static_cast<size_t>(i)];
     box.Extend(t.a), box.Extend(t.b), box.Extend(t.c);
   }
-  Node& node = nodes_.back();
-  node.low = box.low, node.high = box.high;
-  node.begin = begin, node.end = end;
-  if (end - begin <= kLeafTriangles) return id;
+  const size_t id = nodes->size();
+  nodes->push_back({box.low, box.high, begin, end, -1});
+  if (end - begin <= kLeafTriangles) return;
 
-  const int32_t middle = Split(begin, end, depth);
-  Build(begin, middle, depth + 1);
-  const int32_t right = Build(middle, end, depth + 1);
-  nodes_[static_cast<size_t>(id)].right = right;
-  return id;
+  const int32_t middle = Split(range, depth, poll);
+  std::vector<Node> right_subtree;
+  const bool is_large = end - begin > kTrianglesPerTask;
+  const auto build_left = [&] { Build({begin, middle}, depth + 1, poll, nodes); };
+  const auto build_right = [&] { Build({middle, end}, depth + 1, poll, &right_subtree); };
+  if (is_large) tbb::parallel_invoke(build_left, build_right);
+  if (!is_large) build_left();
+  const auto right = static_cast<int32_t>(nodes->size());
+  (*nodes)[id].right = right;
+  if (!is_large) return Build({middle, end}, depth + 1, poll, nodes);
+  for (Node& node : right_subtree) {
+    if (node.right >= 0) node.right += right;
+  }
+  nodes->insert(nodes->end(), right_subtree.begin(), right_subtree.end());
 }
 
 // Reorders [begin, end) and returns where its right part starts: the binned surface area
 // heuristic, by halves where that finds no split.
-int32_t HullQueries::Split(int32_t begin, int32_t end, int depth) {
+int32_t HullQueries::Split(const Range& range, int depth, const StopPoll& poll) {
+  const int32_t begin = range.begin, end = range.end;
   const auto centre = [this](int32_t i) {
     const Triangle& t = triangles_[static_cast<size_t>(i)];
     return ComponentMin(ComponentMin(t.a, t.b), t.c) + ComponentMax(ComponentMax(t.a, t.b), t.c);
   };
   Box3d centres;
-  for (int32_t i = begin; i < end; ++i) centres.Extend(centre(i));
+  for (int32_t i = begin; i < end; ++i) {
+    poll.At(i);
+    centres.Extend(centre(i));
+  }
   const Vec3d extent = centres.Extent();
   const int axis =
       extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
@@ -113,6 +139,7 @@ int32_t HullQueries::Split(int32_t begin, int32_t end, int depth) {
   std::array<Box3d, kBinCount> boxes;
   std::array<int32_t, kBinCount> counts{};
   for (int32_t i = begin; i < end; ++i) {
+    poll.At(i);
     const auto bin = static_cast<size_t>(bin_of(i));
     const Triangle& t = triangles_[static_cast<size_t>(i)];
     boxes[bin].Extend(t.a), boxes[bin].Extend(t.b), boxes[bin].Extend(t.c);
@@ -140,37 +167,46 @@ int32_t HullQueries::Split(int32_t begin, int32_t end, int depth) {
     const double cost = left_count * HalfArea(left_box) + right_cost[static_cast<size_t>(bin)];
     if (cost < best_cost) best_cost = cost, best_bin = bin;
   }
-  // Both arrays move together; a stable two-pass partition keeps the order reproducible.
-  std::vector<int32_t> order;
-  order.reserve(static_cast<size_t>(end - begin));
-  for (int32_t i = begin; i < end; ++i) order.push_back(i);
-  int32_t middle = half;
   if (best_bin >= 0 && depth < kBalancedDepth) {
-    const auto split = std::stable_partition(order.begin(), order.end(),
-                                             [&](int32_t i) { return bin_of(i) < best_bin; });
-    middle = begin + static_cast<int32_t>(split - order.begin());
-  } else {
+    return Reorder(range, poll, [&](std::vector<int32_t>& order) {
+      return std::stable_partition(order.begin(), order.end(),
+                                   [&](int32_t i) { return bin_of(i) < best_bin; });
+    });
+  }
+  return Reorder(range, poll, [&](std::vector<int32_t>& order) {
     std::stable_sort(order.begin(), order.end(),
                      [&](int32_t i, int32_t j) { return centre(i)[axis] < centre(j)[axis]; });
-  }
+    return order.begin() + (half - begin);
+  });
+}
+
+// Both arrays move together. `rearrange` orders the triangles' numbers and returns the first of the
+// right part; it is stable, so that the hierarchy is reproducible.
+template <class Rearrange>
+int32_t HullQueries::Reorder(const Range& range, const StopPoll& poll, const Rearrange& rearrange) {
+  std::vector<int32_t> order(static_cast<size_t>(range.end - range.begin));
+  std::iota(order.begin(), order.end(), range.begin);
+  const auto middle = rearrange(order);
   std::vector<Triangle> moved;
   std::vector<int32_t> moved_ids;
   moved.reserve(order.size()), moved_ids.reserve(order.size());
   for (const int32_t i : order) {
+    poll.At(i);
     moved.push_back(triangles_[static_cast<size_t>(i)]);
     moved_ids.push_back(original_[static_cast<size_t>(i)]);
   }
-  std::copy(moved.begin(), moved.end(), triangles_.begin() + begin);
-  std::copy(moved_ids.begin(), moved_ids.end(), original_.begin() + begin);
-  return middle;
+  std::copy(moved.begin(), moved.end(), triangles_.begin() + range.begin);
+  std::copy(moved_ids.begin(), moved_ids.end(), original_.begin() + range.begin);
+  return range.begin + static_cast<int32_t>(middle - order.begin());
 }
 
-void HullQueries::ComputeDipole(int32_t id) {
+void HullQueries::ComputeDipole(int32_t id, const StopPoll& poll) {
   const Node& node = nodes_[static_cast<size_t>(id)];
   Dipole& dipole = dipoles_[static_cast<size_t>(id)];
   double area_sum = 0;
   Vec3d weighted;
   for (int32_t i = node.begin; i < node.end; ++i) {
+    poll.At(i);
     const Triangle& t = triangles_[static_cast<size_t>(i)];
     const Vec3d area_vector = DoubleAreaVector(t.a, t.b, t.c) / 2.0;
     const double area = Norm(area_vector);
@@ -181,6 +217,7 @@ void HullQueries::ComputeDipole(int32_t id) {
   dipole.centre = area_sum > 0 ? weighted / area_sum : (node.low + node.high) / 2.0;
   for (int32_t i = node.begin; i < node.end; ++i) {
     const Triangle& t = triangles_[static_cast<size_t>(i)];
+    poll.At(i);
     const Vec3d a = DoubleAreaVector(t.a, t.b, t.c) / 2.0;
     const Vec3d d = (t.a + t.b + t.c) / 3.0 - dipole.centre;
     dipole.xx += d.x * a.x, dipole.yy += d.y * a.y, dipole.zz += d.z * a.z;
@@ -239,6 +276,29 @@ HullPoint HullQueries::Closest(const Vec3d& p, double max_distance) const {
   best.normal = normals_[static_cast<size_t>(best_triangle)];
   best.distance = std::sqrt(best_squared);
   return best;
+}
+
+bool HullQueries::IsWithin(const Vec3d& p, double distance) const {
+  if (nodes_.empty()) return false;
+  const double reach = distance * distance;
+  std::array<int32_t, kStackSize> stack;
+  int size = 1;
+  stack[0] = 0;
+  while (size > 0) {
+    const int32_t id = stack[static_cast<size_t>(--size)];
+    const Node& node = nodes_[static_cast<size_t>(id)];
+    if (SquaredDistanceToBox(p, node.low, node.high) > reach) continue;
+    if (node.right >= 0) {
+      stack[static_cast<size_t>(size++)] = node.right;
+      stack[static_cast<size_t>(size++)] = id + 1;
+      continue;
+    }
+    for (int32_t i = node.begin; i < node.end; ++i) {
+      const Triangle& t = triangles_[static_cast<size_t>(i)];
+      if (SquaredNorm(ClosestPointOnTriangle(p, t.a, t.b, t.c) - p) <= reach) return true;
+    }
+  }
+  return false;
 }
 
 double HullQueries::WindingNumber(const Vec3d& p) const {

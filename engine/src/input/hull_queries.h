@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
@@ -14,12 +15,16 @@ namespace amhex {
 class HullQueries {
  public:
   // Triangles without area (see IsDegenerate in triangle_math.h) are left out: their points lie on
-  // their neighbours' edges. O(n log n); the same input always gives the same hierarchy.
+  // their neighbours' edges. O(n log n); the same input always gives the same hierarchy. Throws
+  // RunStopped when `poll` does.
   HullQueries(const std::vector<Vec3d>& vertices,
-              const std::vector<std::array<int32_t, 3>>& triangles);
+              const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {});
 
   // Closest point within `max_distance`; `triangle` is -1 if there is none. O(log n) expected.
   HullPoint Closest(const Vec3d& p, double max_distance = 1e300) const;
+
+  // Whether any triangle is within `distance`: cheaper than finding the closest.
+  bool IsWithin(const Vec3d& p, double distance) const;
 
   // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
   // surface, dipoles far from it. O(log n) expected.
@@ -54,9 +59,15 @@ class HullQueries {
     Vec3d a, b, c;
   };
 
-  int32_t Build(int32_t begin, int32_t end, int depth);
-  int32_t Split(int32_t begin, int32_t end, int depth);
-  void ComputeDipole(int32_t node);
+  struct Range {
+    int32_t begin, end;
+  };
+  // Appends the subtree over a range of triangles_, its root first.
+  void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
+  int32_t Split(const Range& range, int depth, const StopPoll& poll);
+  template <class Rearrange>
+  int32_t Reorder(const Range& range, const StopPoll& poll, const Rearrange& rearrange);
+  void ComputeDipole(int32_t node, const StopPoll& poll);
 
   std::vector<Triangle> triangles_;  // in leaf order
   std::vector<Vec3d> normals_;       // unit, in leaf order

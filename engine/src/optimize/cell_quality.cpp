@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/vector_lanes.h"
+
 namespace amhex {
 namespace {
 
@@ -10,16 +12,6 @@ namespace {
 // rounding of later passes over the same vertices in other units, far below any useful cell.
 constexpr double kSmallestDeterminant = 1e-7;
 constexpr double kTiny = 1e-300;
-
-// Compiled once per instruction set and chosen at load time. No operation is reassociated or fused,
-// so all versions give the same bits.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define AMHEX_WIDE_VECTORS \
-  __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define AMHEX_WIDE_VECTORS
-#endif
 
 // The twelve half-interpolated edges of the trilinear map at the Gauss points. Along axis x the
 // derivative depends on y and z only, so four vectors per axis serve all eight points.
@@ -68,11 +60,8 @@ double MinimumStarDeterminant(const CellPattern& pattern, const std::array<Vec3d
   return minimum;
 }
 
-}  // namespace
-
-AMHEX_WIDE_VECTORS
-void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
-                     CornerJacobians& jacobians) {
+void JacobiansOf(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
+                 CornerJacobians& jacobians) {
   // Edge vectors as arrays of components, always twelve, so that the square roots and divisions
   // run side by side.
   alignas(64) std::array<double, 12> x{}, y{}, z{};
@@ -97,8 +86,7 @@ void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& pos
   }
 }
 
-AMHEX_WIDE_VECTORS
-double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
+double MarginOf(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
   double length_sum = 0;
   for (int e = 0; e < pattern.edge_count; ++e) {
     const auto& slots = pattern.edge_slots[e];
@@ -112,6 +100,19 @@ double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positi
   }
   const double margin = determinant / unit - kSmallestDeterminant;
   return std::isfinite(margin) ? margin : -1.0;
+}
+
+}  // namespace
+
+void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
+                     CornerJacobians& jacobians) {
+  RunWithWidestVectors([&] { JacobiansOf(pattern, positions, jacobians); });
+}
+
+double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions) {
+  double margin = 0;
+  RunWithWidestVectors([&] { margin = MarginOf(pattern, positions); });
+  return margin;
 }
 
 double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertices) {

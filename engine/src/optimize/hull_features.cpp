@@ -1,5 +1,7 @@
 #include "optimize/hull_features.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -43,11 +45,13 @@ void InsertSorted(std::vector<int32_t>& set, int32_t value) {
 
 }  // namespace
 
-HullFeatures::HullFeatures(const Hull& hull) : hull_(&hull) {
+HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll) : hull_(&hull) {
   KeepLongChains(hull);
   MergePatches(hull);
-  BuildPatchQueries(hull);
+  poll.Now();
+  BuildPatchQueries(hull, poll);
   BuildCreases(hull);
+  poll.Now();
   FindCorners(hull);
 }
 
@@ -89,14 +93,18 @@ void HullFeatures::MergePatches(const Hull& hull) {
   adjacent_.resize(merged_count);
 }
 
-void HullFeatures::BuildPatchQueries(const Hull& hull) {
+void HullFeatures::BuildPatchQueries(const Hull& hull, const StopPoll& poll) {
   std::vector<std::vector<std::array<int32_t, 3>>> triangles(patch_queries_.size());
   for (size_t t = 0; t < hull.triangles.size(); ++t) {
     triangles[patch_of_triangle_[t]].push_back(hull.triangles[t]);
   }
-  for (size_t p = 0; p < patch_queries_.size(); ++p) {
-    patch_queries_[p] = std::make_unique<HullQueries>(hull.vertices, triangles[p]);
+  if (patch_queries_.size() == 1) {
+    patch_queries_[0] = hull.queries;
+    return;
   }
+  tbb::parallel_for(size_t{0}, patch_queries_.size(), [&](size_t p) {
+    patch_queries_[p] = std::make_shared<const HullQueries>(hull.vertices, triangles[p], poll);
+  });
 }
 
 void HullFeatures::BuildCreases(const Hull& hull) {
@@ -139,11 +147,11 @@ void HullFeatures::FindCorners(const Hull& hull) {
 HullPoint HullFeatures::Closest(const Vec3d& p) const { return hull_->queries->Closest(p); }
 
 bool HullFeatures::IsWithin(const Vec3d& p, double distance) const {
-  return hull_->queries->Closest(p, distance).triangle >= 0;
+  return hull_->queries->IsWithin(p, distance);
 }
 
-HullPoint HullFeatures::ClosestOnPatch(int32_t patch, const Vec3d& p) const {
-  return patch_queries_[patch]->Closest(p);
+HullPoint HullFeatures::ClosestOnPatch(int32_t patch, const Vec3d& p, double bound) const {
+  return patch_queries_[patch]->Closest(p, bound);
 }
 
 std::optional<CreasePoint> HullFeatures::ClosestOnCrease(int32_t patch_a, int32_t patch_b,

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 #include "input/hull_queries.h"
 #include "optimize/segment_queries.h"
@@ -32,8 +33,8 @@ struct CreasePoint {
 
 class HullFeatures {
  public:
-  // O(n log n) in the hull's triangles.
-  explicit HullFeatures(const Hull& hull);
+  // O(n log n) in the hull's triangles. Throws RunStopped when `poll` does.
+  explicit HullFeatures(const Hull& hull, const StopPoll& poll = {});
 
   int32_t patch_count() const { return static_cast<int32_t>(patch_queries_.size()); }
   int32_t PatchOf(int32_t triangle) const { return patch_of_triangle_[triangle]; }
@@ -44,8 +45,9 @@ class HullFeatures {
   // Closest point of the whole hull; its `triangle` is an index into the hull's triangles.
   HullPoint Closest(const Vec3d& p) const;
   bool IsWithin(const Vec3d& p, double distance) const;  // of the whole hull
-  // Closest point of one patch; `triangle` is meaningless.
-  HullPoint ClosestOnPatch(int32_t patch, const Vec3d& p) const;
+  // Closest point of one patch; `triangle` is meaningless. Faster with a bound, which must not be
+  // below the distance that is found.
+  HullPoint ClosestOnPatch(int32_t patch, const Vec3d& p, double bound = 1e300) const;
   // Closest point of the creases between two patches (a crease that fades out has the same patch
   // on both sides); nullopt if there is none within `reach`.
   std::optional<CreasePoint> ClosestOnCrease(int32_t patch_a, int32_t patch_b, const Vec3d& p,
@@ -54,14 +56,14 @@ class HullFeatures {
  private:
   void KeepLongChains(const Hull& hull);
   void MergePatches(const Hull& hull);
-  void BuildPatchQueries(const Hull& hull);
+  void BuildPatchQueries(const Hull& hull, const StopPoll& poll);
   void BuildCreases(const Hull& hull);
   void FindCorners(const Hull& hull);
 
   const Hull* hull_;
   std::vector<SharpEdge> edges_;  // those kept
   std::vector<int32_t> patch_of_triangle_;
-  std::vector<std::unique_ptr<HullQueries>> patch_queries_;
+  std::vector<std::shared_ptr<const HullQueries>> patch_queries_;  // [patch]
   std::vector<std::vector<int32_t>> adjacent_;
   std::map<std::pair<int32_t, int32_t>, SegmentQueries> creases_;  // by (lower, higher) patch
   std::vector<HullCorner> corners_;

@@ -7,6 +7,7 @@
 #include "closure/close_complex.h"
 #include "closure/improve_closure.h"
 #include "closure/peel_stars.h"
+#include "optimize/hull_features.h"
 #include "optimize/place_vertices.h"
 
 namespace amhex {
@@ -27,8 +28,9 @@ constexpr int kMaxMends = 4;
 
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
                                         const MeshingParams& params, RunContext& run) {
+  const HullFeatures features(hull, StopPoll(run));
   const auto place = [&](PlacementEffort effort) {
-    return PlaceVertices(std::move(complex), hull, params, run, effort);
+    return PlaceVertices(std::move(complex), features, run, effort);
   };
   bool is_placed = false;
   for (const ImprovementRound& round : kRounds) {

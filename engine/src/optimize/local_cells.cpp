@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace amhex {
 namespace {
@@ -23,7 +24,7 @@ constexpr double kMaxFoldExponent = 12.0;
 
 // Step of the forward differences in mean edge lengths.
 constexpr double kDifferenceStep = 1e-4;
-constexpr size_t kCellsPerBlock = 1024;
+constexpr size_t kCellsPerBlock = 256;
 
 // exp(x) for |x| < 700 to about 1e-6, of the same bits on every machine: libm's own depends on the
 // processor. 2^k times a Taylor polynomial on [-ln 2 / 2, ln 2 / 2].
@@ -61,7 +62,15 @@ CellSurvey SurveyCells(const CellComplex& complex, const VertexNeighbourhoods& n
   CellSurvey survey;
   survey.min_scaled_jacobian.resize(complex.cells.size());
   survey.near_folding.resize(complex.cells.size());
-  const auto survey_cell = [&](size_t c) {
+  std::vector<int32_t> all(complex.cells.size());
+  std::iota(all.begin(), all.end(), 0);
+  RenewSurvey(complex, neighbourhoods, all, survey);
+  return survey;
+}
+
+void RenewSurvey(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,
+                 const std::vector<int32_t>& cells, CellSurvey& survey) {
+  const auto survey_cell = [&](int32_t c) {
     const CellPattern& pattern = *neighbourhoods.patterns[c];
     std::array<Vec3d, 8> positions;
     for (int slot = 0; slot < 8; ++slot) positions[slot] = complex.vertices[complex.cells[c][slot]];
@@ -71,11 +80,10 @@ CellSurvey SurveyCells(const CellComplex& complex, const VertexNeighbourhoods& n
         *std::min_element(jacobians.begin(), jacobians.begin() + pattern.corner_count));
     survey.near_folding[c] = FoldMargin(pattern, positions) < kNearFolding;
   };
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerBlock),
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, cells.size(), kCellsPerBlock),
                     [&](const tbb::blocked_range<size_t>& range) {
-                      for (size_t c = range.begin(); c < range.end(); ++c) survey_cell(c);
+                      for (size_t i = range.begin(); i < range.end(); ++i) survey_cell(cells[i]);
                     });
-  return survey;
 }
 
 LocalCells::LocalCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,

@@ -32,12 +32,16 @@ struct LocalScore {
                        // of cells that are close to folding
 };
 
-// What a sweep wants to know of every cell before it starts.
+// What a sweep wants to know of every cell before it starts. Both follow from the positions of the
+// cell's vertices alone.
 struct CellSurvey {
   std::vector<float> min_scaled_jacobian;  // [cell_count]
   std::vector<uint8_t> near_folding;       // [cell_count] 1: the fold margin should be watched
 };
 CellSurvey SurveyCells(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods);
+// Brings the entries of `cells` (no cell twice) up to date.
+void RenewSurvey(const CellComplex& complex, const VertexNeighbourhoods& neighbourhoods,
+                 const std::vector<int32_t>& cells, CellSurvey& survey);
 
 class LocalCells {
  public:

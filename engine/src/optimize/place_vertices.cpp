@@ -115,7 +115,7 @@ class Placer {
   // it for all others.
   absl::Status RaiseLevels(const LevelShape& shape, int max_levels) {
     std::vector<uint8_t> hopeless(placement_.complex.cells.size(), 0);
-    std::vector<float> quality = CellMinima();
+    const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
     for (int level = 0; level < max_levels; ++level) {
       const double minimum = LeastOf(quality, hopeless);
       if (minimum >= kGoodMinimum) break;
@@ -123,17 +123,12 @@ class Placer {
                                          CornerPenalty{minimum + shape.knee, shape.steepness}},
                                         kSweepsPerLevel);
       if (!status.ok()) return status;
-      quality = CellMinima();
       if (LeastOf(quality, hopeless) >= minimum + kLevelGain) continue;
       for (size_t c = 0; c < quality.size(); ++c) {
         if (quality[c] < minimum + kLeftBehind) hopeless[c] = 1;
       }
     }
     return absl::OkStatus();
-  }
-
-  std::vector<float> CellMinima() const {
-    return SurveyCells(placement_.complex, placement_.neighbourhoods).min_scaled_jacobian;
   }
 
   static double LeastOf(const std::vector<float>& quality, const std::vector<uint8_t>& hopeless) {
@@ -148,6 +143,11 @@ class Placer {
   bool FreeUnbearable() {
     bool any = false;
     for (size_t c = 0; c < placement_.complex.cells.size(); ++c) {
+      // Only cells that may be poor or fold are worth a closer look.
+      if (placement_.survey.min_scaled_jacobian[c] > 2 * kUnbearable &&
+          !placement_.survey.near_folding[c]) {
+        continue;
+      }
       const CellCorners& corners = placement_.complex.cells[c];
       if (CellQuality(corners, placement_.complex.vertices) >= kUnbearable) continue;
       for (const int32_t v : corners) {
@@ -182,7 +182,10 @@ class Placer {
     progress.stage_fraction = fraction;
     progress.cell_count = static_cast<int64_t>(placement_.complex.cells.size());
     progress.hexahedron_count = hexahedron_count_;
-    progress.min_scaled_jacobian = SummarizeQuality(placement_.complex).minimum;
+    const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
+    if (!quality.empty()) {
+      progress.min_scaled_jacobian = *std::min_element(quality.begin(), quality.end());
+    }
     run_.Report(progress);
   }
 
@@ -205,18 +208,14 @@ absl::Status CheckCells(const CellComplex& complex) {
 
 }  // namespace
 
-absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
-                                          const MeshingParams& /*params*/, RunContext& run,
-                                          PlacementEffort effort) {
+absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
+                                          RunContext& run, PlacementEffort effort) {
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
   // Judge the maps that the output will have.
   for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
-  const HullFeatures features(hull);
-  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
-  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
-  Placement placement{complex, features, std::move(neighbourhoods), std::move(constraints)};
+  Placement placement = PreparePlacement(complex, features);
   status = Placer(placement, run).Run(effort);
   if (!status.ok()) return status;
   return complex;

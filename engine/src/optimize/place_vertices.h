@@ -5,10 +5,9 @@
 #include <cstdint>
 
 #include "absl/status/statusor.h"
-#include "amhex/params.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
-#include "input/hull.h"
+#include "optimize/hull_features.h"
 
 namespace amhex {
 
@@ -26,10 +25,10 @@ enum class PlacementEffort : uint8_t {
 // was valid by CellQuality becomes invalid, and the minimum quality after the vertices have been
 // projected only rises; projecting itself may cost quality down to a floor of 0.25, no more.
 //
-// Same result at any thread count. Linear in the number of cells, ~0.1 ms each. Errors: CANCELLED,
-// DEADLINE_EXCEEDED, INTERNAL (a cell of no known type).
-absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const Hull& hull,
-                                          const MeshingParams& params, RunContext& run,
+// `features` must be those of the hull. Same result at any thread count. Linear in the number of
+// cells, ~0.1 ms each. Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (a cell of no known type).
+absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
+                                          RunContext& run,
                                           PlacementEffort effort = PlacementEffort::kBest);
 
 }  // namespace amhex

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 namespace amhex {
 namespace {
@@ -24,14 +25,26 @@ SweepMemory StartSweeps(int64_t vertex_count) {
   return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
 }
 
-void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
-                        SweepMemory& memory) {
-  for (const CellCorners& corners : placement.complex.cells) {
-    const bool any =
-        std::any_of(corners.begin(), corners.end(), [&](int32_t v) { return moved[v] != 0; });
-    if (!any) continue;
-    for (const int32_t v : corners) memory.active[v] = 1;
+Placement PreparePlacement(CellComplex& complex, const HullFeatures& features) {
+  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
+  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
+  CellSurvey survey = SurveyCells(complex, neighbourhoods);
+  return {complex, features, std::move(neighbourhoods), std::move(constraints), std::move(survey)};
+}
+
+void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory) {
+  std::vector<uint8_t> is_touched(placement.complex.cells.size(), 0);
+  std::vector<int32_t> touched;
+  for (size_t v = 0; v < moved.size(); ++v) {
+    if (!moved[v]) continue;
+    for (const int32_t c : placement.neighbourhoods.cells[static_cast<int64_t>(v)]) {
+      if (is_touched[c]) continue;
+      is_touched[c] = 1;
+      touched.push_back(c);
+      for (const int32_t neighbour : placement.complex.cells[c]) memory.active[neighbour] = 1;
+    }
   }
+  RenewSurvey(placement.complex, placement.neighbourhoods, touched, placement.survey);
 }
 
 absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,

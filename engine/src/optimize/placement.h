@@ -21,7 +21,10 @@ struct Placement {
   const HullFeatures& features;
   const VertexNeighbourhoods neighbourhoods;
   VertexConstraints constraints;
+  CellSurvey survey;  // as of the last step that has ended
 };
+// Cells must be of Figure 2; `complex` and `features` must outlive the placement. O(n log n).
+Placement PreparePlacement(CellComplex& complex, const HullFeatures& features);
 
 // Which vertices a later sweep need not look at, and how far each moved last.
 struct SweepMemory {
@@ -30,9 +33,8 @@ struct SweepMemory {
 };
 SweepMemory StartSweeps(int64_t vertex_count);
 
-// Activates every vertex of a cell of which a vertex has moved. Linear.
-void ActivateNeighbours(const Placement& placement, const std::vector<uint8_t>& moved,
-                        SweepMemory& memory);
+// Surveys the cells anew of which a vertex has moved, and activates all their vertices.
+void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory);
 
 // Calls `visit(v)` for every vertex, colour by colour, those of one colour in parallel; `visit` may
 // move v and read the cells around it. The result does not depend on the thread count. Ends early

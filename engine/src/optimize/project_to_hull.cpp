@@ -55,7 +55,7 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
     moved[v] = ProjectVertex(placement, v, quality_floor);
   });
   if (!status.ok()) return status;
-  ActivateNeighbours(placement, moved, memory);
+  NoteMoves(moved, placement, memory);
   return std::count(moved.begin(), moved.end(), 1);
 }
 

@@ -63,7 +63,8 @@ class VertexSearch {
     start_ = placement_.complex.vertices[v_];
     const ConstrainedPoint at = Constrain(constraint, start_, placement_.features);
     // A vertex that has not reached the hull keeps its offset while it slides.
-    offset_ = start_ - at.point;
+    foot_ = at.point;
+    offset_ = start_ - foot_;
     const FreeAxes axes = AxesAt(constraint, at);
     if (axes.count == 0) return false;
     const Vec3d gradient =
@@ -95,7 +96,8 @@ class VertexSearch {
     const VertexConstraint& constraint = placement_.constraints.vertex[v_];
     Vec3d place = start_ + direction * step;
     if (constraint.kind != Constraint::kFree) {
-      place = Constrain(constraint, place - offset_, placement_.features).point + offset_;
+      place =
+          ConstrainFrom(constraint, place - offset_, foot_, placement_.features).point + offset_;
     }
     score = judge_.Try(place);
     if (!IsGain(to_beat, score, rules_.aim) || !judge_.Permits(score, rules_.floor)) return false;
@@ -108,6 +110,7 @@ class VertexSearch {
   int32_t v_;
   MoveJudge judge_;
   Vec3d start_;
+  Vec3d foot_;  // where the constraint admits the vertex, nearest to the start
   Vec3d offset_;
 };
 
@@ -116,7 +119,7 @@ class VertexSearch {
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
   std::vector<uint8_t> moved(memory.active.size(), 0);
-  const CellSurvey survey = SurveyCells(placement.complex, placement.neighbourhoods);
+  const CellSurvey& survey = placement.survey;
   const auto is_needed = [&](int32_t v) {
     const auto cells = placement.neighbourhoods.cells[v];
     return std::any_of(cells.begin(), cells.end(),
@@ -131,7 +134,7 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
   });
   if (!status.ok()) return status;
   std::fill(memory.active.begin(), memory.active.end(), 0);
-  ActivateNeighbours(placement, moved, memory);
+  NoteMoves(moved, placement, memory);
   return std::count(moved.begin(), moved.end(), 1);
 }
 

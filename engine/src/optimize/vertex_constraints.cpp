@@ -190,13 +190,16 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
   return result;
 }
 
-ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
-                           const HullFeatures& features) {
+namespace {
+
+// `bound`: the admissible point nearest to p is not farther.
+ConstrainedPoint ConstrainWithin(const VertexConstraint& constraint, const Vec3d& p, double bound,
+                                 const HullFeatures& features) {
   switch (constraint.kind) {
     case Constraint::kFree:
       break;
     case Constraint::kPatch: {
-      const HullPoint hit = features.ClosestOnPatch(constraint.patch_a, p);
+      const HullPoint hit = features.ClosestOnPatch(constraint.patch_a, p, bound);
       return {hit.point, hit.normal, {}};
     }
     case Constraint::kCrease: {
@@ -208,6 +211,21 @@ ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
       return {features.corners()[constraint.corner].position, {}, {}};
   }
   return {p, {}, {}};
+}
+
+}  // namespace
+
+ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
+                           const HullFeatures& features) {
+  return ConstrainWithin(constraint, p, 1e300, features);
+}
+
+ConstrainedPoint ConstrainFrom(const VertexConstraint& constraint, const Vec3d& p,
+                               const Vec3d& known, const HullFeatures& features) {
+  // The slack is for the rounding of distances: a bound too small by a bit would find nothing.
+  constexpr double kRelativeSlack = 1e-9, kAbsoluteSlack = 1e-9;
+  return ConstrainWithin(constraint, p, Norm(p - known) * (1 + kRelativeSlack) + kAbsoluteSlack,
+                         features);
 }
 
 VertexConstraint Weakened(const VertexConstraint& constraint, const Vec3d& p,

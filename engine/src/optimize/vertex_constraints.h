@@ -41,6 +41,9 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
 // The admissible point nearest to `p`; `p` itself for free vertices.
 ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
                            const HullFeatures& features);
+// The same, faster: `known` is any admissible point.
+ConstrainedPoint ConstrainFrom(const VertexConstraint& constraint, const Vec3d& p,
+                               const Vec3d& known, const HullFeatures& features);
 
 // The next weaker constraint of a vertex that cannot reach its target: corner to crease or patch,
 // crease to the patch nearest to `p`. Patches stay.

@@ -41,11 +41,12 @@ struct Selection {
 };
 
 // Counts the selected items whose winding error exceeds the tolerance.
-Tally TallySamples(const Selection& selection,
+Tally TallySamples(const Selection& selection, const StopPoll& poll,
                    const std::function<double(int64_t)>& winding_error) {
   return tbb::parallel_reduce(
       tbb::blocked_range<int64_t>(0, selection.count, 256), Tally{},
       [&](const tbb::blocked_range<int64_t>& range, Tally tally) {
+        poll.Now();
         for (int64_t i = range.begin(); i < range.end(); ++i) {
           const double error = winding_error(i * selection.stride);
           if (!(error <= kWindingTolerance)) ++tally.failures;
@@ -121,9 +122,9 @@ std::vector<BoundaryEdge> PairedEdges(const std::vector<BoundaryFace>& boundary,
 }
 
 void MeasureCellOverlap(const std::vector<CellCorners>& cells, const std::vector<Vec3d>& vertices,
-                        const HullQueries& queries, OverlapReport& report) {
+                        const HullQueries& queries, const StopPoll& poll, OverlapReport& report) {
   const Selection selection(static_cast<int64_t>(cells.size()), kMaxCellSamples);
-  const Tally tally = TallySamples(selection, [&](int64_t c) {
+  const Tally tally = TallySamples(selection, poll, [&](int64_t c) {
     return std::abs(queries.WindingNumber(MapCentre(cells[c], vertices)) - 1);
   });
   report.cell_samples = selection.count;
@@ -133,9 +134,9 @@ void MeasureCellOverlap(const std::vector<CellCorners>& cells, const std::vector
 
 void MeasureFaceOverlap(const std::vector<BoundaryFace>& boundary,
                         const std::vector<Vec3d>& vertices, const HullQueries& queries,
-                        OverlapReport& report) {
+                        const StopPoll& poll, OverlapReport& report) {
   const Selection selection(static_cast<int64_t>(boundary.size()), kMaxBoundarySamples);
-  const Tally tally = TallySamples(selection, [&](int64_t f) {
+  const Tally tally = TallySamples(selection, poll, [&](int64_t f) {
     const OutwardFace& face = boundary[f].face;
     const Vec3d centre = FaceCentre(face, vertices);
     const Vec3d area = AreaVector(face, vertices);
@@ -149,10 +150,10 @@ void MeasureFaceOverlap(const std::vector<BoundaryFace>& boundary,
 
 void MeasureEdgeOverlap(const std::vector<BoundaryFace>& boundary,
                         const std::vector<Vec3d>& vertices, const HullQueries& queries,
-                        OverlapReport& report) {
+                        const StopPoll& poll, OverlapReport& report) {
   const std::vector<BoundaryEdge> edges = PairedEdges(boundary, vertices);
   const Selection selection(static_cast<int64_t>(edges.size() / 2), kMaxBoundarySamples);
-  const Tally tally = TallySamples(selection, [&](int64_t e) {
+  const Tally tally = TallySamples(selection, poll, [&](int64_t e) {
     const BoundaryEdge& edge = edges[2 * e];
     const Vec3d bisector = edge.normal + edges[2 * e + 1].normal;
     if (Norm(bisector) < kLeastBisector) return 0.0;
@@ -168,13 +169,13 @@ void MeasureEdgeOverlap(const std::vector<BoundaryFace>& boundary,
 
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
-                             const std::vector<Vec3d>& vertices) {
+                             const std::vector<Vec3d>& vertices, const StopPoll& poll) {
   OverlapReport report;
   const BoundaryTriangles surface = TriangulateBoundary(boundary, vertices);
-  const HullQueries queries(surface.vertices, surface.triangles);
-  MeasureCellOverlap(cells, vertices, queries, report);
-  MeasureFaceOverlap(boundary, vertices, queries, report);
-  MeasureEdgeOverlap(boundary, vertices, queries, report);
+  const HullQueries queries(surface.vertices, surface.triangles, poll);
+  MeasureCellOverlap(cells, vertices, queries, poll, report);
+  MeasureFaceOverlap(boundary, vertices, queries, poll, report);
+  MeasureEdgeOverlap(boundary, vertices, queries, poll, report);
   return report;
 }
 

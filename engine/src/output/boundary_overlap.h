@@ -12,6 +12,7 @@
 
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
+#include "base/stop_poll.h"
 #include "output/mesh_faces.h"
 
 namespace amhex {
@@ -32,7 +33,7 @@ struct OverlapReport {
 // each are sampled, evenly by index. O((samples + faces) log faces).
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
-                             const std::vector<Vec3d>& vertices);
+                             const std::vector<Vec3d>& vertices, const StopPoll& poll = {});
 
 // The boundary as triangles; a quad becomes four around its centre, which lies on the cell's
 // bilinear face.

@@ -175,12 +175,13 @@ void ExamineComponents(const std::vector<BoundaryFace>& boundary,
 }  // namespace
 
 BoundaryTopology ExamineBoundary(const std::vector<BoundaryFace>& boundary,
-                                 const std::vector<Vec3d>& vertices) {
+                                 const std::vector<Vec3d>& vertices, const StopPoll& poll) {
   BoundaryTopology topology;
   const CornerTable table = GroupCorners(boundary, vertices.size());
   FaceSets sets(boundary.size());
   int64_t fan_count = 0;
   for (size_t v = 0; v < vertices.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
     const FaceCorner* corners = table.corners.data() + table.begin[v];
     const int count = static_cast<int>(table.begin[v + 1] - table.begin[v]);
     if (count == 0) continue;
@@ -191,6 +192,7 @@ BoundaryTopology ExamineBoundary(const std::vector<BoundaryFace>& boundary,
     if (fans > 1) ++topology.non_manifold_vertex_count;
     CountHangingFacesAt(corners, count, boundary, vertices, topology);
   }
+  poll.Now();
   ExamineComponents(boundary, vertices, sets, topology);
   // Euler: V - E + F = sum of (2 - 2 genus); touching sheets count as separate vertices.
   const int64_t euler = fan_count - topology.edge_count + static_cast<int64_t>(boundary.size());

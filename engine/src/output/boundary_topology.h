@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/stop_poll.h"
 #include "output/mesh_faces.h"
 
 namespace amhex {
@@ -30,7 +31,7 @@ struct BoundaryTopology {
 
 // Linear in the number of boundary faces.
 BoundaryTopology ExamineBoundary(const std::vector<BoundaryFace>& boundary,
-                                 const std::vector<Vec3d>& vertices);
+                                 const std::vector<Vec3d>& vertices, const StopPoll& poll = {});
 
 // Six times the signed volume of the cone from the origin to the face; a quad counts as the
 // bilinear patch, whose volume is the mean of its two triangulations'.

@@ -1,5 +1,9 @@
 #include "output/finalize_mesh.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <numeric>
 #include <optional>
@@ -56,6 +60,17 @@ bool IsListedPattern(const CellCorners& corners) {
   return std::find(std::begin(kFigure2), std::end(kFigure2), pattern) != std::end(kFigure2);
 }
 
+// Calls body(c) for every cell, from several threads.
+template <class Body>
+void ForCells(size_t count, const StopPoll& poll, const Body& body) {
+  constexpr size_t kCellsPerPoll = 1024;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kCellsPerPoll),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
+                      for (size_t c = range.begin(); c < range.end(); ++c) body(c);
+                    });
+}
+
 struct SortableCell {
   PrimitiveType type;
   CellCorners sorted;
@@ -69,19 +84,19 @@ bool ComesBefore(const SortableCell& a, const SortableCell& b) {
 }
 
 std::vector<SortableCell> SortedCells(const CellComplex& complex,
-                                      const std::vector<int32_t>& new_id) {
-  std::vector<SortableCell> cells;
-  cells.reserve(complex.cells.size());
-  for (const CellCorners& old : complex.cells) {
-    SortableCell cell;
+                                      const std::vector<int32_t>& new_id, const StopPoll& poll) {
+  std::vector<SortableCell> cells(complex.cells.size());
+  ForCells(cells.size(), poll, [&](size_t c) {
+    const CellCorners& old = complex.cells[c];
+    SortableCell& cell = cells[c];
     cell.type = RecognizeCell(old).value();
     for (int i = 0; i < 8; ++i) cell.corners[i] = new_id[old[i]];
     cell.corners = CanonicalCorners(cell.corners);
     cell.sorted = cell.corners;
     std::sort(cell.sorted.begin(), cell.sorted.end());
-    cells.push_back(cell);
-  }
-  std::sort(cells.begin(), cells.end(), ComesBefore);
+  });
+  tbb::parallel_sort(cells.begin(), cells.end(), ComesBefore);
+  poll.Now();
   return cells;
 }
 
@@ -99,7 +114,7 @@ CellCorners CanonicalCorners(const CellCorners& any_corners) {
   return best.value_or(corners);
 }
 
-AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame) {
+AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame, const StopPoll& poll) {
   std::vector<int32_t> new_id(complex.vertices.size(), -1);
   for (const CellCorners& corners : complex.cells) {
     for (const int32_t v : corners) new_id[v] = 0;
@@ -110,11 +125,15 @@ AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame) {
     new_id[v] = static_cast<int32_t>(mesh.vertices.size());
     mesh.vertices.push_back(frame.ToUser(complex.vertices[v]));
   }
-  for (const SortableCell& cell : SortedCells(complex, new_id)) {
-    mesh.corners.push_back(cell.corners);
-    mesh.types.push_back(cell.type);
-    mesh.quality.push_back(static_cast<float>(ScaledJacobian(cell.corners, mesh.vertices)));
-  }
+  const std::vector<SortableCell> cells = SortedCells(complex, new_id, poll);
+  mesh.corners.resize(cells.size());
+  mesh.types.resize(cells.size());
+  mesh.quality.resize(cells.size());
+  ForCells(cells.size(), poll, [&](size_t c) {
+    mesh.corners[c] = cells[c].corners;
+    mesh.types[c] = cells[c].type;
+    mesh.quality[c] = static_cast<float>(ScaledJacobian(cells[c].corners, mesh.vertices));
+  });
   return mesh;
 }
 

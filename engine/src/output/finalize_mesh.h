@@ -3,6 +3,7 @@
 
 #include "amhex/volume_mesh.h"
 #include "assembly/cell_complex.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
@@ -11,10 +12,11 @@ namespace amhex {
 // that its corners repeat exactly as in Figure 2's list for its type, starting with the smallest
 // ids that allows; cells are sorted by type (hexahedra first), then by their sorted corners. Types
 // and qualities are filled. The result depends on the complex's vertex order alone, not on the
-// order or turning of its cells. O(n log n).
+// order or turning of its cells. O(n log n). Throws RunStopped when `poll` does.
 //
 // Requires that every cell is recognised by RecognizeCell.
-AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame);
+AtMostHexaMesh FinalizeMesh(const CellComplex& complex, const Frame& frame,
+                            const StopPoll& poll = {});
 
 // The turn of `corners` described above.
 CellCorners CanonicalCorners(const CellCorners& any_corners);

@@ -19,14 +19,19 @@ constexpr int32_t kNoVertex = INT32_MAX;
 // Groups records with equal keys next to each other, in linear time: a counting sort by the
 // smallest vertex leaves a handful of records to sort by comparison at each vertex.
 template <size_t kWidth>
-void GroupByKey(int64_t vertex_count, std::vector<Keyed<kWidth>>& records) {
+void GroupByKey(int64_t vertex_count, const StopPoll& poll, std::vector<Keyed<kWidth>>& records) {
   std::vector<int64_t> begin(static_cast<size_t>(vertex_count) + 1, 0);
   for (const auto& record : records) ++begin[record.key[0] + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  poll.Now();
   std::vector<Keyed<kWidth>> grouped(records.size());
   std::vector<int64_t> cursor(begin.begin(), begin.end() - 1);
-  for (const auto& record : records) grouped[cursor[record.key[0]]++] = record;
+  for (const auto& record : records) {
+    poll.At(&record - records.data());
+    grouped[cursor[record.key[0]]++] = record;
+  }
   for (int64_t v = 0; v < vertex_count; ++v) {
+    poll.At(v);
     std::sort(grouped.begin() + begin[v], grouped.begin() + begin[v + 1],
               [](const auto& a, const auto& b) {
                 return a.key != b.key ? a.key < b.key : a.owner < b.owner;
@@ -48,23 +53,27 @@ bool IsReversed(const OutwardFace& a, const OutwardFace& b) {
 
 }  // namespace
 
-FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_count) {
+FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_count,
+                      const StopPoll& poll) {
   std::vector<BoundaryFace> faces;
   faces.reserve(cells.size() * 6);
   for (size_t c = 0; c < cells.size(); ++c) {
+    poll.At(static_cast<int64_t>(c));
     for (const OutwardFace& face : OutwardFacesOf(cells[c])) {
       faces.push_back({face, static_cast<int32_t>(c)});
     }
   }
   std::vector<Keyed<4>> records(faces.size());
   for (size_t i = 0; i < faces.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     records[i].key = faces[i].face.v;
     if (faces[i].face.count == 3) records[i].key[3] = kNoVertex;
     std::sort(records[i].key.begin(), records[i].key.end());
     records[i].owner = static_cast<int32_t>(i);
   }
-  GroupByKey(vertex_count, records);
+  GroupByKey(vertex_count, poll, records);
 
+  poll.Now();
   FaceCensus census;
   std::vector<uint8_t> is_boundary(faces.size(), 0);
   for (size_t first = 0; first < records.size();) {
@@ -87,16 +96,19 @@ FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_coun
   return census;
 }
 
-int64_t CountDuplicateCells(const std::vector<CellCorners>& cells, int64_t vertex_count) {
+int64_t CountDuplicateCells(const std::vector<CellCorners>& cells, int64_t vertex_count,
+                            const StopPoll& poll) {
   std::vector<Keyed<8>> records(cells.size());
   for (size_t c = 0; c < cells.size(); ++c) {
+    poll.At(static_cast<int64_t>(c));
     auto& key = records[c].key;
     key = cells[c];
     std::sort(key.begin(), key.end());
     std::fill(std::unique(key.begin(), key.end()), key.end(), kNoVertex);
     records[c].owner = static_cast<int32_t>(c);
   }
-  GroupByKey(vertex_count, records);
+  GroupByKey(vertex_count, poll, records);
+  poll.Now();
   int64_t duplicates = 0;
   for (size_t i = 1; i < records.size(); ++i) duplicates += records[i].key == records[i - 1].key;
   return duplicates;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "amhex/volume_mesh.h"
+#include "base/stop_poll.h"
 #include "output/cell_law.h"
 
 namespace amhex {
@@ -21,10 +22,13 @@ struct FaceCensus {
   int64_t overused_count = 0;          // vertex sets that are faces of more than two cells
 };
 
-// Requires corner indices in [0, vertex_count). Linear in the number of cells.
-FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_count);
+// Requires corner indices in [0, vertex_count). Linear in the number of cells. Here and below,
+// RunStopped is thrown when `poll` does.
+FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_count,
+                      const StopPoll& poll = {});
 
 // Number of cells whose set of vertices is that of an earlier cell. Linear.
-int64_t CountDuplicateCells(const std::vector<CellCorners>& cells, int64_t vertex_count);
+int64_t CountDuplicateCells(const std::vector<CellCorners>& cells, int64_t vertex_count,
+                            const StopPoll& poll = {});
 
 }  // namespace amhex

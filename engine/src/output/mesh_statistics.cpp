@@ -16,12 +16,13 @@ namespace {
 constexpr double kSampleSpacing = 1.0 / 3.0;  // edge lengths
 constexpr size_t kMaxInputPoints = 1'000'000;
 
-void MeasureCells(const AtMostHexaMesh& mesh, MeshStatistics& statistics) {
+void MeasureCells(const AtMostHexaMesh& mesh, const StopPoll& poll, MeshStatistics& statistics) {
   double hexahedra_volume = 0;
   int64_t hexahedra = 0;
   statistics.min_scaled_jacobian = mesh.corners.empty() ? 0.0 : 1.0;
   statistics.min_scaled_jacobian_hexahedra = 1.0;
   for (size_t c = 0; c < mesh.corners.size(); ++c) {
+    poll.At(static_cast<int64_t>(c));
     const double volume = MeasureCell(mesh.corners[c], mesh.vertices).volume;
     const double quality = mesh.quality[c];
     ++statistics.cells_by_type[static_cast<size_t>(mesh.types[c])];
@@ -60,16 +61,16 @@ std::vector<Vec3d> InputSamples(const Hull& hull) {
 }
 
 // `boundary` in the hull's normalised frame.
-void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull,
+void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const StopPoll& poll,
                       MeshStatistics& statistics) {
   const double diagonal = hull.box.Diagonal();
   if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
   std::vector<Vec3d> mesh_samples =
       SampleSurface(boundary.vertices, boundary.triangles, kSampleSpacing);
   mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
-  const DistanceSummary to_input = DistanceToSurface(mesh_samples, *hull.queries);
-  const HullQueries mesh_queries(boundary.vertices, boundary.triangles);
-  const DistanceSummary to_mesh = DistanceToSurface(InputSamples(hull), mesh_queries);
+  const DistanceSummary to_input = DistanceToSurface(mesh_samples, *hull.queries, poll);
+  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll);
+  const DistanceSummary to_mesh = DistanceToSurface(InputSamples(hull), mesh_queries, poll);
   statistics.mesh_to_input_max = to_input.maximum / diagonal;
   statistics.input_to_mesh_max = to_mesh.maximum / diagonal;
   statistics.input_to_mesh_mean = to_mesh.mean / diagonal;
@@ -79,27 +80,27 @@ void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull,
 
 }  // namespace
 
-MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull) {
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll) {
   MeshStatistics statistics;
   statistics.cell_count = static_cast<int64_t>(mesh.corners.size());
   statistics.vertex_count = static_cast<int64_t>(mesh.vertices.size());
-  MeasureCells(mesh, statistics);
+  MeasureCells(mesh, poll, statistics);
   const double scale = hull.frame.scale;
   statistics.edge_length = scale;
   statistics.hull_volume = hull.volume * scale * scale * scale;
 
-  const FaceCensus census = CountFaces(mesh.corners, statistics.vertex_count);
+  const FaceCensus census = CountFaces(mesh.corners, statistics.vertex_count, poll);
   statistics.boundary_face_count = static_cast<int64_t>(census.boundary.size());
-  const BoundaryTopology topology = ExamineBoundary(census.boundary, mesh.vertices);
+  const BoundaryTopology topology = ExamineBoundary(census.boundary, mesh.vertices, poll);
   statistics.boundary_component_count = topology.component_count;
   statistics.genus = topology.genus;
 
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
-  MeasureDistances(boundary, hull, statistics);
+  MeasureDistances(boundary, hull, poll, statistics);
   std::vector<Vec3d> vertices = mesh.vertices;
   for (Vec3d& p : vertices) p = hull.frame.ToNormalized(p);
-  const SharpEdgeDeviation deviation = MeasureSharpEdges(hull, census.boundary, vertices);
+  const SharpEdgeDeviation deviation = MeasureSharpEdges(hull, census.boundary, vertices, poll);
   statistics.sharp_edge_deviation_rms = deviation.root_mean_square;
   statistics.sharp_edge_deviation_max = deviation.maximum;
   return statistics;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "amhex/volume_mesh.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
@@ -10,7 +11,8 @@ namespace amhex {
 //
 // Distances are between the mesh boundary and the hull, sampled about a third of an edge length
 // apart on either side, the input's own points included on its side (a million of them at most).
-// Linear in cells and samples, each sample a query of O(log n).
-MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull);
+// Linear in cells and samples, each sample a query of O(log n). RunStopped is thrown when `poll`
+// does.
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -53,13 +53,14 @@ SegmentQueries BoundaryEdges(const std::vector<BoundaryFace>& boundary,
 }  // namespace
 
 SharpEdgeDeviation MeasureSharpEdges(const Hull& hull, const std::vector<BoundaryFace>& boundary,
-                                     const std::vector<Vec3d>& vertices) {
+                                     const std::vector<Vec3d>& vertices, const StopPoll& poll) {
   SharpEdgeDeviation deviation;
   if (hull.sharp_edges.empty() || boundary.empty()) return deviation;
   const std::vector<double> chain_lengths = ChainLengths(hull);
   const SegmentQueries edges = BoundaryEdges(boundary, vertices);
   double squares = 0, weight = 0;
   for (size_t e = 0; e < hull.sharp_edges.size(); ++e) {
+    poll.At(static_cast<int64_t>(e));
     if (chain_lengths[e] < kMinChainLength) continue;
     const SharpEdge& edge = hull.sharp_edges[e];
     const Vec3d& a = hull.vertices[edge.vertex_a];

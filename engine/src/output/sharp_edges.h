@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 #include "output/mesh_faces.h"
 
@@ -16,8 +17,9 @@ struct SharpEdgeDeviation {
 
 // Distances from evenly spread points of the hull's sharp edges to the nearest edge of a boundary
 // face, `vertices` in the hull's normalised frame. Sharp edges that form no chain of some length
-// are noise of a scan and do not count; zeros without sharp edges. O(n log n).
+// are noise of a scan and do not count; zeros without sharp edges. O(n log n). RunStopped is
+// thrown when `poll` does.
 SharpEdgeDeviation MeasureSharpEdges(const Hull& hull, const std::vector<BoundaryFace>& boundary,
-                                     const std::vector<Vec3d>& vertices);
+                                     const std::vector<Vec3d>& vertices, const StopPoll& poll = {});
 
 }  // namespace amhex

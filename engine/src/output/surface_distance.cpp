@@ -47,10 +47,12 @@ std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
   return samples;
 }
 
-DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullQueries& surface) {
+DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullQueries& surface,
+                                  const StopPoll& poll) {
   std::vector<double> distances(points.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 512),
                     [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
                       for (size_t i = range.begin(); i < range.end(); ++i) {
                         distances[i] = surface.Closest(points[i]).distance;
                       }

@@ -60,11 +60,14 @@ void ExamineCell(const AtMostHexaMesh& mesh, size_t c, ValidationReport& report)
   }
 }
 
-void ExamineCells(const AtMostHexaMesh& mesh, ValidationReport& report) {
+void ExamineCells(const AtMostHexaMesh& mesh, const StopPoll& poll, ValidationReport& report) {
   report.min_volume = report.min_scaled_jacobian = report.relative_min_map_jacobian = 1e300;
-  for (size_t c = 0; c < mesh.corners.size(); ++c) ExamineCell(mesh, c, report);
+  for (size_t c = 0; c < mesh.corners.size(); ++c) {
+    poll.At(static_cast<int64_t>(c));
+    ExamineCell(mesh, c, report);
+  }
   report.duplicate_cell_count =
-      CountDuplicateCells(mesh.corners, static_cast<int64_t>(mesh.vertices.size()));
+      CountDuplicateCells(mesh.corners, static_cast<int64_t>(mesh.vertices.size()), poll);
   std::vector<uint8_t> used(mesh.vertices.size(), 0);
   for (const CellCorners& corners : mesh.corners) {
     for (const int32_t v : corners) used[v] = 1;
@@ -84,10 +87,10 @@ double BoundaryVolume(const std::vector<BoundaryFace>& boundary,
 }
 
 void ExamineEmbedding(const AtMostHexaMesh& mesh, const std::vector<BoundaryFace>& boundary,
-                      ValidationReport& report) {
+                      const StopPoll& poll, ValidationReport& report) {
   report.volume_mismatch = std::abs(BoundaryVolume(boundary, mesh.vertices) - report.volume) /
                            std::max(std::abs(report.volume), 1e-300);
-  report.overlap = MeasureOverlap(mesh.corners, boundary, mesh.vertices);
+  report.overlap = MeasureOverlap(mesh.corners, boundary, mesh.vertices, poll);
 }
 
 struct NamedCount {
@@ -157,20 +160,20 @@ std::string ValidationReport::Summary() const {
   return summary;
 }
 
-ValidationReport ValidateMesh(const AtMostHexaMesh& mesh) {
+ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll) {
   ValidationReport report;
   report.cell_count = static_cast<int64_t>(mesh.corners.size());
   report.vertex_count = static_cast<int64_t>(mesh.vertices.size());
   if (!ArraysAreSound(mesh, report) || report.cell_count == 0) return report;
-  ExamineCells(mesh, report);
-  const FaceCensus census = CountFaces(mesh.corners, report.vertex_count);
+  ExamineCells(mesh, poll, report);
+  const FaceCensus census = CountFaces(mesh.corners, report.vertex_count, poll);
   report.interior_face_count = census.interior_count;
   report.boundary_face_count = static_cast<int64_t>(census.boundary.size());
   report.same_side_face_count = census.same_side_count;
   report.overused_face_count = census.overused_count;
-  report.boundary = ExamineBoundary(census.boundary, mesh.vertices);
+  report.boundary = ExamineBoundary(census.boundary, mesh.vertices, poll);
   if (report.boundary.IsClosedManifold() && !census.boundary.empty()) {
-    ExamineEmbedding(mesh, census.boundary, report);
+    ExamineEmbedding(mesh, census.boundary, poll, report);
   }
   return report;
 }

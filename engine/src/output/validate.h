@@ -8,6 +8,7 @@
 #include <string>
 
 #include "amhex/volume_mesh.h"
+#include "base/stop_poll.h"
 #include "output/boundary_overlap.h"
 #include "output/boundary_topology.h"
 
@@ -56,7 +57,8 @@ struct ValidationReport {
   std::string Summary() const;
 };
 
-// Linear in the number of cells, plus the overlap test's sampled winding numbers.
-ValidationReport ValidateMesh(const AtMostHexaMesh& mesh);
+// Linear in the number of cells, plus the overlap test's sampled winding numbers. RunStopped
+// is thrown when `poll` does.
+ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -69,6 +69,54 @@ TEST(WorkingMesh, RemovingACellOpensItsNeighboursAndTakesItsHullFaces) {
   EXPECT_EQ(mesh.ToComplex().hull_faces.size(), 5u);
 }
 
+TEST(WorkingMesh, OpenFacesAreThoseWithNothingBehindAfterAnyChanges) {
+  WorkingMesh mesh(GridComplex({5, 5, 5}));
+  std::minstd_rand random(7);
+  for (int change = 0; change < 200; ++change) {
+    const int cell = static_cast<int>(random() % mesh.cell_slots());
+    const CellFaces faces = FacesOf(mesh.corners(cell));
+    if (!mesh.alive(cell)) {
+      mesh.AddCell(mesh.corners(cell));
+    } else if (random() % 3 == 0) {
+      mesh.RemoveCell(cell);
+    } else if (random() % 2 == 0) {
+      mesh.MarkHull(faces.face[random() % 6]);
+    } else {
+      mesh.UnmarkHull(faces.face[random() % 6]);
+    }
+    std::vector<std::array<int32_t, 4>> expected, found;
+    for (int c = 0; c < mesh.cell_slots(); ++c) {
+      if (!mesh.alive(c)) continue;
+      for (const CellFace& face : FacesOf(mesh.corners(c))) {
+        if (mesh.Across(face) == WorkingMesh::kOpen) expected.push_back(face.v);
+      }
+    }
+    for (const CellFace& face : mesh.OpenFaces()) found.push_back(face.v);
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(mesh.HasOpenFaces(), !expected.empty());
+  }
+}
+
+TEST(Star, ApexSearchNeverLowersTheLeastQualityAndReturnsIt) {
+  const CellComplex grid = GridComplex({4, 4, 4});
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    CellComplex complex = WithHoles(grid, 0.1, seed);
+    testing_support::Shake(complex, 0.2);
+    const WorkingMesh mesh(complex);
+    for (const auto& faces : CollectCavities(mesh).faces) {
+      Vec3d apex = FaceCentroid(faces.front(), mesh.vertices()) +
+                   FaceUnitNormal(faces.front(), mesh.vertices()) * 0.3;
+      const double before = MinStarQuality(faces, apex, mesh.vertices());
+      const double quality = ImproveApex(faces, mesh.vertices(), 0.25, &apex);
+      EXPECT_GE(quality, before);
+      // Stars that have no hope are not judged to the end.
+      if (quality > -0.9) {
+        EXPECT_EQ(quality, MinStarQuality(faces, apex, mesh.vertices()));
+      }
+    }
+  }
+}
+
 TEST(Cavities, EachHoleOfAGridIsOneCavity) {
   WorkingMesh mesh(GridComplex({5, 5, 5}));
   mesh.RemoveCell(31);  // (1, 1, 1)

@@ -1,9 +1,13 @@
+// Lanes are never passed by a call here (base/vector_lanes.h).
+#pragma GCC diagnostic ignored "-Wpsabi"
 #include "fields/quartic_form.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "base/counter_rng.h"
 
 namespace amhex::fields {
 namespace {
@@ -75,6 +79,31 @@ TEST(QuarticForm, TheNearestFrameOfTwoLiesHalfWayBetweenThem) {
   QuarticForm sum = FormOfFrame(TurnAboutZ(0.1));
   sum.Add(FormOfFrame(TurnAboutZ(0.5)), 1.0F);
   EXPECT_LT(AngleBetween(NearestFrame(sum, TurnAboutZ(0.1), 20), TurnAboutZ(0.3)), 1e-4);
+}
+
+TEST(QuarticForm, ABatchGivesTheFramesOfItsFormsOneByOne) {
+  uint64_t index = 0;
+  const auto random_frame = [&index] {
+    const auto part = [&index] { return RandomUnit(3, RandomStream::kSampleOrder, index++) - 0.5; };
+    return Normalized(Quaternion{part(), part(), part(), part()});
+  };
+  for (int round = 0; round < 50; ++round) {
+    FrameBatch batch;
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      batch.frames[lane] = random_frame();
+      // Some agree, some hardly, one has no preference at all.
+      for (size_t k = 0; k < lane; ++k) batch.forms[lane].Add(FormOfFrame(random_frame()), 1.0F);
+    }
+    const FrameBatch start = batch;
+    FindNearestFrames(2, &batch);
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      const Quaternion alone = NearestFrame(start.forms[lane], start.frames[lane], 2);
+      EXPECT_EQ(batch.frames[lane].w, alone.w);
+      EXPECT_EQ(batch.frames[lane].x, alone.x);
+      EXPECT_EQ(batch.frames[lane].y, alone.y);
+      EXPECT_EQ(batch.frames[lane].z, alone.z);
+    }
+  }
 }
 
 TEST(QuarticForm, WithoutPreferenceTheStartIsKept) {

@@ -115,6 +115,34 @@ TEST(HullQueries, ClosestFindsNothingBeyondTheMaximumDistance) {
   EXPECT_GE(queries.Closest({3, 0.5, 0.5}, 2.1).triangle, 0);
 }
 
+TEST(HullQueries, IsWithinAgreesWithTheClosestPoint) {
+  const TriangleMesh bracket = fixtures::MakeBracket(1, 0.3);
+  const HullQueries queries = QueriesOf(bracket);
+  for (const Vec3d& p : ProbesAround(bracket, 300)) {
+    const double distance = queries.Closest(p).distance;
+    EXPECT_TRUE(queries.IsWithin(p, distance * 1.000001));
+    EXPECT_FALSE(queries.IsWithin(p, distance * 0.999999));
+  }
+}
+
+TEST(HullQueries, BuildingStopsWhenAsked) {
+  RunContext run;
+  run.RequestStop();
+  const TriangleMesh sphere = fixtures::MakeSphere(1, 0.2);
+  EXPECT_THROW(HullQueries(sphere.vertices, sphere.triangles, StopPoll(run)), RunStopped);
+}
+
+TEST(HullQueries, LargeSurfacesAreBuiltInPartsWithTheSameAnswers) {
+  // Enough triangles for several tasks.
+  const TriangleMesh sphere = fixtures::MakeSphere(1, 0.02);
+  ASSERT_GT(sphere.triangles.size(), 40'000u);
+  const HullQueries queries = QueriesOf(sphere);
+  for (const Vec3d& p : ProbesAround(sphere, 10)) {
+    EXPECT_NEAR(queries.Closest(p).distance, BruteForceDistance(sphere, p), 1e-12);
+  }
+  EXPECT_NEAR(queries.WindingNumber({0.1, 0.2, 0.3}), 1, kWindingTolerance);
+}
+
 TEST(HullQueries, WindingNumberAgreesWithTheSolidAngleSum) {
   for (const TriangleMesh& mesh : Solids()) {
     const HullQueries queries = QueriesOf(mesh);

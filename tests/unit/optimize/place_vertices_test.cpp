@@ -32,15 +32,9 @@ Hull BoxHull(const GridSize& n) {
 
 CellComplex Placed(const CellComplex& complex, const Hull& hull) {
   RunContext run;
-  absl::StatusOr<CellComplex> placed = PlaceVertices(complex, hull, MeshingParams{}, run);
+  absl::StatusOr<CellComplex> placed = PlaceVertices(complex, HullFeatures(hull), run);
   EXPECT_TRUE(placed.ok()) << placed.status().ToString();
   return *placed;
-}
-
-Placement PlacementOf(CellComplex& complex, const HullFeatures& features) {
-  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
-  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
-  return {complex, features, std::move(neighbourhoods), std::move(constraints)};
 }
 
 TEST(PlaceVertices, MakesAShakenGridFillItsBoxExactly) {
@@ -112,7 +106,8 @@ TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHul
   const Hull hull = BoxHull({6, 6, 6});
   const QualitySummary before = SummarizeQuality(complex);
   RunContext run;
-  const auto raised = PlaceVertices(complex, hull, MeshingParams{}, run, PlacementEffort::kRaise);
+  const HullFeatures features(hull);
+  const auto raised = PlaceVertices(complex, features, run, PlacementEffort::kRaise);
   ASSERT_TRUE(raised.ok());
   const QualitySummary after = SummarizeQuality(*raised);
   EXPECT_GE(after.minimum, before.minimum - 1e-12);
@@ -131,7 +126,8 @@ TEST(PlaceVertices, StopsWhenAsked) {
   const GridSize n{4, 4, 4};
   RunContext run;
   run.RequestStop();
-  const auto placed = PlaceVertices(GridComplex(n), BoxHull(n), MeshingParams{}, run);
+  const Hull hull = BoxHull(n);
+  const auto placed = PlaceVertices(GridComplex(n), HullFeatures(hull), run);
   EXPECT_EQ(placed.status().code(), absl::StatusCode::kCancelled);
 }
 
@@ -140,7 +136,8 @@ TEST(PlaceVertices, RefusesCellsOutsideFigure2) {
   CellComplex complex = GridComplex(n);
   complex.cells[3][0] = complex.cells[3][6];
   RunContext run;
-  const auto placed = PlaceVertices(complex, BoxHull(n), MeshingParams{}, run);
+  const Hull hull = BoxHull(n);
+  const auto placed = PlaceVertices(complex, HullFeatures(hull), run);
   EXPECT_EQ(placed.status().code(), absl::StatusCode::kInternal);
 }
 
@@ -150,7 +147,7 @@ TEST(ProjectToHull, NeverMakesACellInvalid) {
   Shake(complex, 0.2);
   const Hull hull = HullOfMesh(fixtures::MakeBox({2, 2, 2}, 0.5));
   const HullFeatures features(hull);
-  Placement placement = PlacementOf(complex, features);
+  Placement placement = PreparePlacement(complex, features);
   const RunContext run;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 4; ++round) {
@@ -160,13 +157,31 @@ TEST(ProjectToHull, NeverMakesACellInvalid) {
   EXPECT_GT(LargestOffset(placement), 0.1);
 }
 
+TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
+  const GridSize n{5, 4, 4};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.3);
+  const Hull hull = BoxHull(n);
+  const HullFeatures features(hull);
+  Placement placement = PreparePlacement(complex, features);
+  const RunContext run;
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+    ASSERT_TRUE(SweepQuality(placement, {QualityAim::kMinimum, 0.9, 0.5}, memory, run).ok());
+    const CellSurvey anew = SurveyCells(complex, placement.neighbourhoods);
+    EXPECT_EQ(placement.survey.min_scaled_jacobian, anew.min_scaled_jacobian);
+    EXPECT_EQ(placement.survey.near_folding, anew.near_folding);
+  }
+}
+
 TEST(SweepQuality, NeverLowersTheMinimum) {
   const GridSize n{6, 5, 4};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.3);
   const Hull hull = BoxHull(n);
   const HullFeatures features(hull);
-  Placement placement = PlacementOf(complex, features);
+  Placement placement = PreparePlacement(complex, features);
   const RunContext run;
   for (const QualityAim aim : {QualityAim::kMinimum, QualityAim::kAverage}) {
     SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
@@ -193,7 +208,7 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   Shake(complex, 0.25);
   const Hull hull = BoxHull(n);
   const HullFeatures features(hull);
-  Placement placement = PlacementOf(complex, features);
+  Placement placement = PreparePlacement(complex, features);
   const RunContext run;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 3; ++round) {
@@ -230,7 +245,7 @@ TEST(Constraints, GiveEveryCornerOneVertexAndEveryEdgeAChain) {
   const HullFeatures features(hull);
   ASSERT_EQ(features.corners().size(), 8u);
   ASSERT_EQ(features.patch_count(), 6);
-  const Placement placement = PlacementOf(complex, features);
+  const Placement placement = PreparePlacement(complex, features);
   int corners = 0, creases = 0, patches = 0;
   for (const VertexConstraint& constraint : placement.constraints.vertex) {
     corners += constraint.kind == Constraint::kCorner;

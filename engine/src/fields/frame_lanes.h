@@ -1,0 +1,89 @@
+// The three numbers of a node, one per axis, in lanes; renaming the axes is one shuffle.
+//
+// Lanes are used inside of RunWithWidestVectors (base/vector_lanes.h); results are those of the
+// same operations on one number after the other, to the bit.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+
+#include "base/vector_lanes.h"
+#include "fields/field_loops.h"
+#include "fields/octahedral_group.h"
+
+namespace amhex::fields {
+
+// One number per axis; the fourth lane is not used.
+using AxisLanes = float __attribute__((vector_size(16), aligned(alignof(float))));
+using AxisLaneNumbers = int32_t __attribute__((vector_size(16), aligned(alignof(int32_t))));
+// A complex number per axis, real parts in the even lanes; the last two lanes are not used.
+using PhaseLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
+using PhaseLaneNumbers = int32_t __attribute__((vector_size(32), aligned(alignof(int32_t))));
+
+AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
+  const AxisLanes lanes = {from[0], from[1], from[2], 0};
+  return lanes;
+}
+AMHEX_LANES_INLINE void StoreAxes(const AxisLanes& lanes, float* to) {
+  std::memcpy(to, &lanes, 3 * sizeof(float));
+}
+AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) {
+  AxisLanes first;
+  std::memcpy(&first, from, sizeof(first));
+  const AxisLanes rest = {from[4], from[5], 0, 0};
+  return __builtin_shufflevector(first, rest, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
+  std::memcpy(to, &lanes, 6 * sizeof(float));
+}
+
+// Like ForEach (field_loops.h), for bodies that work with lanes.
+template <class Body>
+void ForEachInLanes(const RunContext& run, int64_t count, const Body& body) {
+  const int64_t block_count = (count + kLoopGrain - 1) / kLoopGrain;
+  oneapi::tbb::parallel_for(int64_t{0}, block_count, [&](int64_t block) {
+    if (run.ShouldStop()) return;
+    const int64_t begin = block * kLoopGrain, end = std::min(count, begin + kLoopGrain);
+    RunWithWidestVectors([&] {
+      for (int64_t i = begin; i < end; ++i) body(i);
+    });
+  });
+}
+
+// An AxisRotation (octahedral_group.h) for lanes: where each lane's number comes from, and signs.
+struct LaneRotation {
+  AxisLaneNumbers source;   // of Apply
+  AxisLaneNumbers inverse;  // of ApplyInverse
+  AxisLanes sign;           // by the result's lane of Apply
+  AxisLanes inverse_sign;
+  PhaseLaneNumbers phase_source, phase_inverse;
+  PhaseLanes conjugation;  // -1 in the imaginary lanes of axes that oppose, by the node's own axes
+};
+// By code, as kAxisRotations.
+const std::array<LaneRotation, kRotationCount>& LaneRotations();
+
+// result[lane] = lanes[numbers[lane]].
+template <class Lanes, class Numbers>
+AMHEX_LANES_INLINE Lanes Shuffled(const Lanes& lanes, const Numbers& numbers) {
+#if defined(__clang__)
+  Lanes result{};
+  for (size_t lane = 0; lane < sizeof(Lanes) / sizeof(float); ++lane) {
+    result[lane] = lanes[numbers[lane]];
+  }
+  return result;
+#else
+  return __builtin_shuffle(lanes, numbers);
+#endif
+}
+
+// AxisRotation::Apply and ApplyInverse.
+AMHEX_LANES_INLINE AxisLanes Applied(const LaneRotation& rotation, const AxisLanes& v) {
+  return rotation.sign * Shuffled(v, rotation.source);
+}
+AMHEX_LANES_INLINE AxisLanes InverseApplied(const LaneRotation& rotation, const AxisLanes& v) {
+  return rotation.inverse_sign * Shuffled(v, rotation.inverse);
+}
+
+}  // namespace amhex::fields
