@@ -169,6 +169,19 @@ inside amhex demo --shape cube --surface --resolution 12 -o /tmp/cube.drc >/dev/
 inside amhex mesh /tmp/cube.drc --server 127.0.0.1:50051 --cells 200 -o /tmp/cube.vtu --quiet
 [[ -s $work/tmp/cube.vtu ]] || fail "no mesh"
 passed "its client gets a mesh of a cube"
+# An orphan becomes a child of process 1 and stays as a zombie if that does not care.
+inside sh -c 'sleep 0.2 &'
+zombies() {
+  local status
+  for status in $(printf '/proc/%s/status\n' $(cat "/proc/$first_pid/task/$first_pid/children")); do
+    if grep -q '^State:.Z' "$status" 2>/dev/null; then return 0; fi
+  done
+  return 1
+}
+sleep 1
+for _ in $(seq 50); do zombies || break; sleep 0.2; done
+! zombies || fail "process 1 does not reap orphans"
+passed "process 1 reaps orphans"
 kill -TERM "$first_pid"
 wait "$server_pid" || fail "it does not end with 0"
 server_pid=

@@ -335,16 +335,36 @@ void BlobStore::Drop(const std::string& key, int64_t committed_size) {
   partials_.erase(key);
 }
 
+// Hidden first and removed then: what was touched, or written anew, in the last moment comes back.
+int64_t BlobStore::CollectBlob(const std::string& sha256, absl::Time older_than,
+                               const Release& release) {
+  const std::string shown = PathOf(sha256);
+  const std::string hidden = private_folder_ + "/scratch/collected-" + sha256;
+  bool is_hidden = false;
+  const bool is_released = release(sha256, [&] {
+    if (LastTouched(shown) < older_than && rename(shown.c_str(), hidden.c_str()) == 0) {
+      is_hidden = true;
+    }
+  });
+  if (!is_hidden) return 0;
+  int64_t freed = 0;
+  std::error_code error;
+  if (is_released && LastTouched(hidden) < older_than) {
+    freed = static_cast<int64_t>(fs::file_size(hidden, error));
+  } else {
+    fs::create_hard_link(hidden, shown, error);  // does nothing if it was stored again
+  }
+  fs::remove(hidden, error);
+  return freed;
+}
+
 int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
-                           const std::function<bool(const std::string&)>& is_used) {
+                           const Release& release) {
   int64_t freed = 0;
   std::error_code error;
   for (const fs::path& file : FilesBelow(root_ + "/blobs")) {
-    if (LastTouched(file) >= older_than || is_used(file.filename().string())) continue;
-    // Another server may have admitted a job that needs it while its use was looked up.
     if (LastTouched(file) >= older_than) continue;
-    const auto size = fs::file_size(file, error);
-    if (!error && fs::remove(file, error)) freed += static_cast<int64_t>(size);
+    freed += CollectBlob(file.filename().string(), older_than, release);
   }
   for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
     if (LastTouched(file) >= uploads_older_than) continue;

@@ -89,10 +89,12 @@ class BlobStore {
   std::string NewWorkPath(const std::string& job_id, int64_t epoch) const;
   absl::StatusOr<amhex::v1::BlobRef> Adopt(const std::string& work_path);
 
-  // Removes complete blobs for which `is_used` is false and that were last touched before
-  // `older_than`, and uploads that rested since `uploads_older_than`. Returns the bytes freed.
-  int64_t Collect(absl::Time older_than, absl::Time uploads_older_than,
-                  const std::function<bool(const std::string& sha256)>& is_used);
+  // Asked before a blob is removed: calls the function, which hides the blob, at a moment when
+  // nobody can come to use it, and returns true if it may stay hidden.
+  using Release = std::function<bool(const std::string& sha256, const std::function<void()>& hide)>;
+  // Removes complete blobs that `release` lets go and that were last touched before `older_than`,
+  // and uploads that rested since `uploads_older_than`. Returns the bytes freed.
+  int64_t Collect(absl::Time older_than, absl::Time uploads_older_than, const Release& release);
 
   // Bytes of complete blobs, and of uploads that are not complete.
   int64_t total_bytes() const;
@@ -107,6 +109,8 @@ class BlobStore {
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
       const std::string& key, const amhex::v1::BlobRef& blob);
+  // Removes a blob, or leaves it; the bytes freed.
+  int64_t CollectBlob(const std::string& sha256, absl::Time older_than, const Release& release);
   void Drop(const std::string& key, int64_t committed_size);
 
   const std::string root_;

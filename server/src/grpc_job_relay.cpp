@@ -4,6 +4,8 @@
 #include <condition_variable>
 #include <utility>
 
+#include "absl/strings/ascii.h"
+#include "files.h"
 #include "job_id.h"
 #include "logging.h"
 
@@ -139,6 +141,14 @@ void GrpcJobRelay::ForgetEndedLocked() {
   }
 }
 
+std::string GrpcJobRelay::Token() const {
+  if (options_.token_file.empty()) return "";
+  const auto text = ReadWholeFile(options_.token_file);
+  if (text.ok()) return std::string(absl::StripAsciiWhitespace(*text));
+  LogError("peer_token_not_read", {{"message", std::string(text.status().message())}});
+  return "";
+}
+
 std::shared_ptr<grpc::Channel> GrpcJobRelay::ChannelLocked(const std::string& address) {
   auto& channel = channels_[address];
   if (!channel) {
@@ -162,7 +172,7 @@ void GrpcJobRelay::Follow(const std::string& job_id, const std::string& address,
   }
   entry.address = address;
   entry.stream = std::make_shared<Stream>(ChannelLocked(address), std::move(feed));
-  entry.stream->Start(job_id, options_.token);
+  entry.stream->Start(job_id, Token());
 }
 
 void GrpcJobRelay::Unfollow(const std::string& job_id) {

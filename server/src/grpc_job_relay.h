@@ -18,8 +18,9 @@ class GrpcJobRelay : public JobRelay {
  public:
   struct Options {
     std::shared_ptr<grpc::ChannelCredentials> credentials;
-    // Sent with every call; must have the role read-all on the other nodes. Empty: none.
-    std::string token;
+    // File of the token that is sent with every call; must have the role read-all on the other
+    // nodes. Read for each call, so that it can be replaced. Empty: none.
+    std::string token_file;
   };
 
   explicit GrpcJobRelay(const Options& options) : options_(options) {}
@@ -42,6 +43,7 @@ class GrpcJobRelay : public JobRelay {
   void ForgetEndedLocked();
   // Stops a stream and keeps it until gRPC is done with it.
   void EndLocked(std::shared_ptr<Stream> stream);
+  std::string Token() const;
   std::shared_ptr<grpc::Channel> ChannelLocked(const std::string& address);
 
   const Options options_;

@@ -88,7 +88,11 @@ JobManager::JobManager(const Options& options, std::unique_ptr<JobStore> store,
       store_(std::move(store)),
       blobs_(std::move(blobs)),
       metrics_(metrics),
-      frame_counter_(generation, options.relay != nullptr) {}
+      frame_counter_(generation, options.relay != nullptr) {
+  // Opened, because a network file system answers a mere look from its memory.
+  store_->CheckBlobsWith(
+      [this](const std::string& sha256) { return blobs_->OpenForRead(sha256).ok(); });
+}
 
 absl::StatusOr<std::unique_ptr<JobManager>> JobManager::Create(const Options& options,
                                                                std::unique_ptr<JobStore> store,
@@ -165,10 +169,16 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
   SubmittedJob submitted;
   {
     std::lock_guard<std::mutex> lock(admission_mutex_);
-    AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, AdmitInput(caller, request));
-    AMHEX_ASSIGN_OR_RETURN(submitted,
-                           store_->Submit(MakeNewJob(caller, request, input, admission),
-                                          options_.limits.max_queued_job_count, absl::Now()));
+    const auto submit = [&]() -> absl::StatusOr<SubmittedJob> {
+      AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, AdmitInput(caller, request));
+      return store_->Submit(MakeNewJob(caller, request, input, admission),
+                            options_.limits.max_queued_job_count, absl::Now());
+    };
+    auto stored = submit();
+    // Equal bytes that nothing used were there, and another node has just collected them.
+    if (absl::IsFailedPrecondition(stored.status()) && !request.has_input_blob()) stored = submit();
+    if (!stored.ok()) return stored.status();
+    submitted = *std::move(stored);
   }
   const Job& job = submitted.job;
   if (!submitted.is_new) return job;

@@ -182,6 +182,7 @@ class JobManager {
   void Housekeep();
   void TendWatchedFeeds();
   void ForgetQuietFeeds();
+  void EndReaped(const ReapedLeases& reaped, absl::Time now);
   void TendQueue();
   void CollectGarbage();
   // Removes blobs that nobody has used since, and returns the bytes freed.

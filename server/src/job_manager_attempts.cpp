@@ -274,20 +274,29 @@ void JobManager::ForgetQuietFeeds() {
   }
 }
 
+void JobManager::EndReaped(const ReapedLeases& reaped, absl::Time now) {
+  for (const std::string& id : reaped.requeued) {
+    metrics_->lease_expired.Increment();
+    LogWarning("lease_expired", {{"job", JobName(id)}});
+  }
+  for (const ClaimedJob& job : reaped.exhausted) {
+    const auto outcome = ErrorOutcome(
+        Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
+    // Several nodes may find the same job; one of them ends it, and counts it.
+    if (!store_->Finish(job.id, job.epoch, outcome, now).ok()) continue;
+    metrics_->lease_expired.Increment();
+    LogWarning("lease_expired", {{"job", JobName(job.id)}});
+    PublishFinished(job.id);
+  }
+}
+
 void JobManager::TendQueue() {
   const absl::Time now = absl::Now();
-  const auto exhausted = store_->ReapExpiredLeases(now);
-  metrics_->store_up.Set(absl::IsUnavailable(exhausted.status()) ? 0 : 1);
+  const auto reaped = store_->ReapExpiredLeases(now);
+  metrics_->store_up.Set(absl::IsUnavailable(reaped.status()) ? 0 : 1);
   // The other calls would only wait as well, and watchers with them.
-  if (absl::IsUnavailable(exhausted.status())) return;
-  if (exhausted.ok()) {
-    for (const ClaimedJob& job : *exhausted) {
-      metrics_->lease_expired.Increment();
-      const auto outcome = ErrorOutcome(
-          Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
-      if (store_->Finish(job.id, job.epoch, outcome, now).ok()) PublishFinished(job.id);
-    }
-  }
+  if (absl::IsUnavailable(reaped.status())) return;
+  if (reaped.ok()) EndReaped(*reaped, now);
   const auto timed_out = store_->ExpireQueued(
       ErrorOutcome(Job::FAILED,
                    MakeError(absl::StatusCode::kDeadlineExceeded, amhex::v1::QUEUE_TIMEOUT,
@@ -318,9 +327,9 @@ int64_t JobManager::CollectUnused(absl::Time unused_since) {
   const auto dropped = store_->DropUnusedGrants(unused_since);
   if (!dropped.ok()) LogError("grants_not_dropped", {});
   return blobs_->Collect(unused_since, absl::Now() - options_.resting_upload_age,
-                         [this](const std::string& sha256) {
-                           const auto used = store_->IsBlobUsed(sha256);
-                           return !used.ok() || *used;
+                         [this](const std::string& sha256, const std::function<void()>& hide) {
+                           const auto unused = store_->CollectBlob(sha256, hide);
+                           return unused.ok() && *unused;
                          });
 }
 

@@ -5,6 +5,7 @@
 #include "errors.h"
 #include "input_preflight.h"
 #include "job_manager.h"
+#include "job_record.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -51,7 +52,11 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
 absl::Status JobManager::FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
                                       BlobUpload* upload) {
   AMHEX_RETURN_IF_ERROR(upload->Finish());
-  return store_->GrantBlob(caller.tenant.name, blob, absl::Now());
+  const absl::Status granted = store_->GrantBlob(caller.tenant.name, blob, absl::Now());
+  if (!absl::IsFailedPrecondition(granted)) return granted;
+  // It was there before, unused, and another node has just collected it.
+  return MakeError(absl::StatusCode::kAborted, amhex::v1::UPLOAD_SUPERSEDED,
+                   "the blob was removed while it was completed; upload it again");
 }
 
 absl::StatusOr<UniqueFd> JobManager::OpenBlob(const Caller& caller, const std::string& sha256) {
@@ -65,12 +70,7 @@ absl::StatusOr<UniqueFd> JobManager::OpenBlob(const Caller& caller, const std::s
 absl::StatusOr<amhex::v1::BlobRef> JobManager::CheckBlob(const Caller& caller,
                                                          const amhex::v1::BlobRef& blob) {
   AMHEX_ASSIGN_OR_RETURN(const bool there, HasBlob(caller, blob));
-  if (!there) {
-    return WithPrecondition(
-        MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::BLOB_MISSING,
-                  "no blob " + blob.sha256() + " is stored; upload it first"),
-        "MISSING", "blobs/" + blob.sha256());
-  }
+  if (!there) return BlobMissing(blob.sha256());
   AMHEX_ASSIGN_OR_RETURN(const int64_t size, blobs_->Size(blob.sha256()));
   if (blob.size_bytes() != 0 && blob.size_bytes() != size) {
     FieldViolations bad;

@@ -28,6 +28,12 @@ absl::Status Fenced(const std::string& id) {
   return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
 }
 
+absl::Status BlobMissing(const std::string& sha256) {
+  return WithPrecondition(MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::BLOB_MISSING,
+                                    "no blob " + sha256 + " is stored; upload it first"),
+                          "MISSING", "blobs/" + sha256);
+}
+
 absl::Status QueueFull(int64_t queued) {
   return WithRetryDelay(MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::QUEUE_FULL,
                                   std::to_string(queued) + " jobs wait, which is the limit"),

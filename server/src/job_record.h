@@ -14,6 +14,8 @@ absl::Status JobNotFound(const std::string& id);
 absl::Status JobNotFinal(const amhex::v1::Job& job);
 // ABORTED: another attempt has taken over.
 absl::Status Fenced(const std::string& id);
+// FAILED_PRECONDITION BLOB_MISSING.
+absl::Status BlobMissing(const std::string& sha256);
 absl::Status QueueFull(int64_t queued);
 absl::Status RequestIdReused(const std::string& request_id);
 

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -85,6 +86,12 @@ struct JobPage {
   int64_t next_before_number = 0;    // 0 on the last page
 };
 
+// Jobs whose leases ended, found by one look.
+struct ReapedLeases {
+  std::vector<std::string> requeued;  // ids
+  std::vector<ClaimedJob> exhausted;  // no attempt is left; the caller ends them
+};
+
 enum class ReleaseMode {
   kGiveAttemptBack,  // the server interrupted the attempt
   kSpendAttempt,     // the worker died
@@ -133,8 +140,8 @@ class JobStore {
   // Puts the RUNNING jobs of a node back, the attempts given back. For the node's start, when none
   // of its workers runs yet.
   virtual absl::StatusOr<int64_t> RequeueRunning(const std::string& node) = 0;
-  // Puts jobs whose lease ended back (attempts left) and returns those without attempts left.
-  virtual absl::StatusOr<std::vector<ClaimedJob>> ReapExpiredLeases(absl::Time now) = 0;
+  // Puts jobs whose lease ended back if they have attempts left.
+  virtual absl::StatusOr<ReapedLeases> ReapExpiredLeases(absl::Time now) = 0;
   // Fails the queued jobs that waited longer than their queue_timeout; returns their ids.
   virtual absl::StatusOr<std::vector<std::string>> ExpireQueued(const FinalOutcome& outcome,
                                                                 absl::Time now) = 0;
@@ -158,8 +165,17 @@ class JobStore {
   // Ends the ownership of blobs granted before `before` that no job of the tenant names; returns
   // how many.
   virtual absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) = 0;
-  // True if a job names the blob as input or result, or a tenant owns it.
-  virtual absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) = 0;
+  // Calls `hide` if no job names the blob as input or result and no tenant owns it, and returns
+  // true if that still held when `hide` had returned: while it runs, nobody can come to use the
+  // blob. It may be called again after a collision. False, or an error: the blob is to stay.
+  virtual absl::StatusOr<bool> CollectBlob(const std::string& sha256,
+                                           const std::function<void()>& hide) = 0;
+  // Tells whether the bytes of a blob are stored. Submissions, grants and successes that name one
+  // that is not fail with FAILED_PRECONDITION BLOB_MISSING, and results that are gone are not
+  // shared. Asked at a moment when CollectBlob hides nothing. Set before the store is used, or
+  // never: then every blob counts as stored.
+  using BlobIsStored = std::function<bool(const std::string& sha256)>;
+  void CheckBlobsWith(BlobIsStored is_stored) { blob_is_stored_ = std::move(is_stored); }
 
   // For stores that several nodes share.
   // Where the node that runs a job can be reached; empty if none does, or only this one could.
@@ -169,6 +185,14 @@ class JobStore {
   virtual void Subscribe(std::function<void(const std::string& id)>) {}
   // `on_change` is not called any more once it has returned.
   virtual void Unsubscribe() {}
+
+ protected:
+  bool IsStored(const std::string& sha256) const {
+    return !blob_is_stored_ || blob_is_stored_(sha256);
+  }
+
+ private:
+  BlobIsStored blob_is_stored_;
 };
 
 }  // namespace amhex::server

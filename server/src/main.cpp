@@ -1,5 +1,6 @@
 // `amhexd`: the meshing service. Ends on SIGTERM or SIGINT; a second one ends it at once.
 #include <signal.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -10,6 +11,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "files.h"
+#include "init_process.h"
 #include "logging.h"
 #include "server.h"
 #include "server_options.h"
@@ -66,6 +68,28 @@ void BoundTeardown() {
   }).detach();
 }
 
+int Serve(const ServerOptions& options) {
+  if (const absl::Status status = SetUpLogging(options.log_level, options.log_format);
+      !status.ok()) {
+    std::cerr << "amhexd: " << status.message() << "\n";
+    return EXIT_FAILURE;
+  }
+  const sigset_t signals = BlockEndingSignals();
+  for (const auto line : absl::StrSplit(options.effective, '\n', absl::SkipEmpty())) {
+    LogInfo("option", {{"line", std::string(line)}});
+  }
+  const auto server = Server::Create(options);
+  absl::Status status = server.status();
+  if (status.ok()) status = WritePortFile(**server, options.port_file);
+  if (!status.ok()) {
+    LogError("start_failed", {{"message", std::string(status.message())}});
+    return EXIT_FAILURE;
+  }
+  ServeUntilSignal(server->get(), options, signals);
+  BoundTeardown();
+  return EXIT_SUCCESS;
+}
+
 int Main(int argc, char** argv) {
   int exit_code = EXIT_SUCCESS;
   const auto options = ParseOptions(argc, argv, &exit_code);
@@ -84,25 +108,8 @@ int Main(int argc, char** argv) {
     if (!verdict.ok()) std::cerr << "amhexd: " << verdict.message() << "\n";
     return verdict.ok() ? EXIT_SUCCESS : kBadConfiguration;
   }
-  if (const absl::Status status = SetUpLogging(options->log_level, options->log_format);
-      !status.ok()) {
-    std::cerr << "amhexd: " << status.message() << "\n";
-    return EXIT_FAILURE;
-  }
-  const sigset_t signals = BlockEndingSignals();
-  for (const auto line : absl::StrSplit(options->effective, '\n', absl::SkipEmpty())) {
-    LogInfo("option", {{"line", std::string(line)}});
-  }
-  const auto server = Server::Create(*options);
-  absl::Status status = server.status();
-  if (status.ok()) status = WritePortFile(**server, options->port_file);
-  if (!status.ok()) {
-    LogError("start_failed", {{"message", std::string(status.message())}});
-    return EXIT_FAILURE;
-  }
-  ServeUntilSignal(server->get(), *options, signals);
-  BoundTeardown();
-  return EXIT_SUCCESS;
+  const bool is_first_of_container = getpid() == 1;
+  return is_first_of_container ? ServeUnderInit([&] { return Serve(*options); }) : Serve(*options);
 }
 
 }  // namespace

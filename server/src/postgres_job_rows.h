@@ -77,6 +77,8 @@ inline constexpr int kPostgresSchemaVersion = 1;
 
 // Every node waits for it before it looks at the schema; any number that nothing else uses.
 inline constexpr int64_t kSchemaLock = 0x616d686578;
+// The first half of the keys of the locks on blobs; the second half is a hash of the blob's digest.
+inline constexpr int64_t kBlobLocks = 0x626c6f62;
 // The channel on which changed jobs are announced by their ids.
 inline constexpr char kJobChannel[] = "amhex_job";
 

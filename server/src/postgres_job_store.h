@@ -54,7 +54,7 @@ class PostgresJobStore : public JobStore {
                                                absl::Time now) override;
   absl::Status Delete(const std::string& id) override;
   absl::StatusOr<int64_t> RequeueRunning(const std::string& node) override;
-  absl::StatusOr<std::vector<ClaimedJob>> ReapExpiredLeases(absl::Time now) override;
+  absl::StatusOr<ReapedLeases> ReapExpiredLeases(absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> ExpireQueued(const FinalOutcome& outcome,
                                                         absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> RemoveExpired(absl::Time now) override;
@@ -66,7 +66,8 @@ class PostgresJobStore : public JobStore {
   absl::StatusOr<bool> OwnsBlob(const std::string& tenant, const std::string& sha256) override;
   absl::StatusOr<int64_t> OwnedBytes(const std::string& tenant) override;
   absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) override;
-  absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) override;
+  absl::StatusOr<bool> CollectBlob(const std::string& sha256,
+                                   const std::function<void()>& hide) override;
 
   absl::StatusOr<std::string> RunnerAddress(const std::string& id) override;
   void Subscribe(std::function<void(const std::string& id)> on_change) override;
@@ -109,6 +110,8 @@ class PostgresJobStore : public JobStore {
   absl::Status EnrolTenant(PostgresConnection& db, const Tenant& tenant);
   absl::Status Insert(PostgresConnection& db, const NewJob& job, int64_t now);
   absl::StatusOr<std::optional<FinalOutcome>> FindResult(PostgresConnection& db, const NewJob& job);
+  // Keeps a blob from being collected until the transaction ends. False if it is not stored.
+  absl::StatusOr<bool> KeepBlob(PostgresConnection& db, const std::string& sha256);
   absl::Status Grant(PostgresConnection& db, const std::string& tenant,
                      const amhex::v1::BlobRef& blob, int64_t now);
   // Makes a job final where `condition` still holds. What to charge, or nothing if it does not.

@@ -104,11 +104,22 @@ absl::StatusOr<std::optional<FinalOutcome>> PostgresJobStore::FindResult(Postgre
   if (!found.Next() || !details.ParseFromString(found.TextColumn(0))) {
     return std::optional<FinalOutcome>();
   }
+  AMHEX_ASSIGN_OR_RETURN(const bool is_stored, KeepBlob(db, details.result().mesh().sha256()));
+  if (!is_stored) return std::optional<FinalOutcome>();
   return std::optional<FinalOutcome>(SharedOutcome(details));
+}
+
+absl::StatusOr<bool> PostgresJobStore::KeepBlob(PostgresConnection& db, const std::string& sha256) {
+  AMHEX_RETURN_IF_ERROR(db.Run("SELECT pg_advisory_xact_lock_shared($1::integer, hashtext($2))",
+                               PostgresValues().Int(kBlobLocks).Text(sha256))
+                            .status());
+  return IsStored(sha256);
 }
 
 absl::Status PostgresJobStore::Grant(PostgresConnection& db, const std::string& tenant,
                                      const amhex::v1::BlobRef& blob, int64_t now) {
+  AMHEX_ASSIGN_OR_RETURN(const bool is_stored, KeepBlob(db, blob.sha256()));
+  if (!is_stored) return BlobMissing(blob.sha256());
   return db
       .Run(
           "INSERT INTO blob_owner VALUES ($1, $2, $3, $4) ON CONFLICT (tenant, sha256) DO UPDATE"

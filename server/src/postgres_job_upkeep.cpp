@@ -2,8 +2,6 @@
 // owns which blob. All of it may run on every node at the same time.
 #include <utility>
 
-#include "job_id.h"
-#include "logging.h"
 #include "postgres_job_rows.h"
 #include "postgres_job_store.h"
 #include "status_macros.h"
@@ -24,15 +22,13 @@ absl::StatusOr<int64_t> PostgresJobStore::RequeueRunning(const std::string& node
   return static_cast<int64_t>(ids.size());
 }
 
-absl::StatusOr<std::vector<ClaimedJob>> PostgresJobStore::ReapExpiredLeases(absl::Time now) {
+absl::StatusOr<ReapedLeases> PostgresJobStore::ReapExpiredLeases(absl::Time now) {
   AMHEX_RETURN_IF_ERROR(MeasureClock());
-  std::vector<ClaimedJob> exhausted;
+  ReapedLeases reaped;
   std::vector<Charge> charges;
-  std::vector<std::string> requeued;
   const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
-    exhausted.clear();
+    reaped = {};
     charges.clear();
-    requeued.clear();
     // A heartbeat that comes in between wins: the row is looked at again once it is unlocked.
     AMHEX_ASSIGN_OR_RETURN(
         auto back,
@@ -43,24 +39,26 @@ absl::StatusOr<std::vector<ClaimedJob>> PostgresJobStore::ReapExpiredLeases(absl
                " RETURNING id, tenant, $1 - start_time",
                PostgresValues().Int(Micros(now))));
     while (back.Next()) {
-      requeued.push_back(back.TextColumn(0));
+      reaped.requeued.push_back(back.TextColumn(0));
       charges.push_back({back.TextColumn(1), back.IntColumn(2)});
     }
+    // Attempts are compared here as well: a claim that was held up for longer than its lease may
+    // have been committed since, and has ended already.
     AMHEX_ASSIGN_OR_RETURN(auto spent,
                            db.Run(std::string(kSelectPostgresJob) +
-                                      "JOIN lease ON job_id = id WHERE state = 2 AND until < $1",
+                                      "JOIN lease ON job_id = id WHERE state = 2 AND until < $1"
+                                      " AND attempt >= max_attempts",
                                   PostgresValues().Int(Micros(now))));
     while (spent.Next()) {
       PostgresJob job = ReadJob(spent);
-      exhausted.push_back({job.id, job.epoch, std::move(job.job)});
+      reaped.exhausted.push_back({job.id, job.epoch, std::move(job.job)});
     }
     return absl::OkStatus();
   });
   if (!status.ok()) return status;
-  for (const std::string& id : requeued) LogInfo("lease_expired", {{"job", JobName(id)}});
   ChargeTenants(charges);
-  Announce(requeued);
-  return exhausted;
+  Announce(reaped.requeued);
+  return reaped;
 }
 
 absl::StatusOr<std::vector<std::string>> PostgresJobStore::ExpireQueued(const FinalOutcome& outcome,
@@ -141,14 +139,31 @@ absl::StatusOr<int64_t> PostgresJobStore::DropUnusedGrants(absl::Time before) {
   return static_cast<int64_t>(dropped.size());
 }
 
-absl::StatusOr<bool> PostgresJobStore::IsBlobUsed(const std::string& sha256) {
-  AMHEX_ASSIGN_OR_RETURN(
-      const int64_t used,
-      Number("SELECT CASE WHEN EXISTS (SELECT 1 FROM job WHERE input_sha256 = $1)"
-             " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = $1)"
-             " OR EXISTS (SELECT 1 FROM blob_owner WHERE sha256 = $1) THEN 1 ELSE 0 END",
-             PostgresValues().Text(sha256)));
-  return used != 0;
+// Whoever comes to use a blob holds its lock (KeepBlob) until that is committed. Here it is taken
+// alone, and the look comes after it, in a statement of its own that sees what was committed last.
+// If the commit fails, the lock may have been lost before `hide` returned.
+absl::StatusOr<bool> PostgresJobStore::CollectBlob(const std::string& sha256,
+                                                   const std::function<void()>& hide) {
+  bool is_unused = false;
+  const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
+    is_unused = false;
+    const PostgresValues key = PostgresValues().Int(kBlobLocks).Text(sha256);
+    AMHEX_ASSIGN_OR_RETURN(
+        auto locked,
+        db.Run("SELECT pg_try_advisory_xact_lock($1::integer, hashtext($2))::integer", key));
+    if (!locked.Next() || locked.IntColumn(0) == 0) return absl::OkStatus();
+    AMHEX_ASSIGN_OR_RETURN(
+        auto used,
+        db.Run("SELECT CASE WHEN EXISTS (SELECT 1 FROM job WHERE input_sha256 = $1)"
+               " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = $1)"
+               " OR EXISTS (SELECT 1 FROM blob_owner WHERE sha256 = $1) THEN 1 ELSE 0 END",
+               PostgresValues().Text(sha256)));
+    is_unused = used.Next() && used.IntColumn(0) == 0;
+    if (is_unused) hide();
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return is_unused;
 }
 
 }  // namespace amhex::server

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "amhex/mesher.h"
 #include "authenticator.h"
 #include "blob_service.h"
@@ -62,20 +61,12 @@ Authenticator::Mode AuthenticationMode(const ServerOptions& options) {
 }
 
 absl::StatusOr<GrpcJobRelay::Options> PeerOptions(const ServerOptions& options) {
-  GrpcJobRelay::Options peers{grpc::InsecureChannelCredentials(), ""};
+  // Read now only to find out about a file that is missing.
   if (!options.peer_token.empty()) {
-    AMHEX_ASSIGN_OR_RETURN(const std::string token, ReadWholeFile(options.peer_token));
-    peers.token = std::string(absl::StripAsciiWhitespace(token));
+    AMHEX_RETURN_IF_ERROR(ReadWholeFile(options.peer_token).status());
   }
-  if (options.peer_ca.empty()) return peers;
-  grpc::SslCredentialsOptions tls;
-  AMHEX_ASSIGN_OR_RETURN(tls.pem_root_certs, ReadWholeFile(options.peer_ca));
-  if (!options.tls.client_ca.empty()) {
-    AMHEX_ASSIGN_OR_RETURN(tls.pem_cert_chain, ReadWholeFile(options.tls.certificate));
-    AMHEX_ASSIGN_OR_RETURN(tls.pem_private_key, ReadWholeFile(options.tls.key));
-  }
-  peers.credentials = grpc::SslCredentials(tls);
-  return peers;
+  return GrpcJobRelay::Options{MakePeerCredentials(options.peer_ca, options.tls),
+                               options.peer_token};
 }
 
 std::string WithPort(const std::string& address, int port) {

@@ -65,6 +65,11 @@ absl::Status CheckTlsFiles(const TlsFiles& files) {
   return absl::OkStatus();
 }
 
+absl::Status CheckPeerCa(const std::string& path) {
+  if (path.empty() || ReadCertificate(path)) return absl::OkStatus();
+  return Refuse("--peer-ca " + path + " is no PEM certificate");
+}
+
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files) {
   if (!files.wanted()) return grpc::InsecureServerCredentials();
   namespace tls = grpc::experimental;
@@ -77,6 +82,21 @@ std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& f
     options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
   return tls::TlsServerCredentials(options);
+}
+
+std::shared_ptr<grpc::ChannelCredentials> MakePeerCredentials(const std::string& peer_ca,
+                                                              const TlsFiles& own) {
+  if (peer_ca.empty()) return grpc::InsecureChannelCredentials();
+  namespace tls = grpc::experimental;
+  const bool shows_own = !own.client_ca.empty();
+  tls::TlsChannelCredentialsOptions options;
+  options.set_certificate_provider(
+      shows_own ? std::make_shared<tls::FileWatcherCertificateProvider>(own.key, own.certificate,
+                                                                        peer_ca, kReloadSeconds)
+                : std::make_shared<tls::FileWatcherCertificateProvider>(peer_ca, kReloadSeconds));
+  options.watch_root_certs();
+  if (shows_own) options.watch_identity_key_cert_pairs();
+  return tls::TlsCredentials(options);
 }
 
 }  // namespace amhex::server

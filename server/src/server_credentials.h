@@ -1,6 +1,7 @@
 // How amhexd proves who it is, and whether callers must prove it too.
 #pragma once
 
+#include <grpcpp/security/credentials.h>
 #include <grpcpp/security/server_credentials.h>
 
 #include <memory>
@@ -21,9 +22,16 @@ struct TlsFiles {
 // OK, or INVALID_ARGUMENT naming the flag: a file that is missing, not PEM, or key and certificate
 // that do not belong together.
 absl::Status CheckTlsFiles(const TlsFiles& files);
+// The same for the authorities of other nodes; empty is OK.
+absl::Status CheckPeerCa(const std::string& path);
 
 // The files are looked at again every few seconds; new connections use the new ones. Replace key
 // and certificate together, by renaming their folder or a link to it.
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const TlsFiles& files);
+
+// How this server calls others: their certificates must come from the authorities in `peer_ca`, and
+// it shows its own where callers must show theirs. The files are looked at again as above.
+std::shared_ptr<grpc::ChannelCredentials> MakePeerCredentials(const std::string& peer_ca,
+                                                              const TlsFiles& own);
 
 }  // namespace amhex::server

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <regex>
 
+#include "absl/strings/ascii.h"
+#include "files.h"
 #include "logging.h"
 #include "store_choice.h"
 #include "version.h"
@@ -80,6 +82,9 @@ void AddClusterFlags(CLI::App* app, ServerOptions* options) {
                   "Where the queue is kept: sqlite, or postgres://... to share it with other nodes")
       ->envname("AMHEX_STORE")
       ->capture_default_str();
+  app->add_option("--store-file", options->store_file,
+                  "File of what --store would say, for one that holds a password")
+      ->envname("AMHEX_STORE_FILE");
   app->add_option("--node-name", options->node_name,
                   "Name among the nodes that share a store; the machine's if not given")
       ->envname("AMHEX_NODE_NAME");
@@ -217,12 +222,17 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   options.limits.max_run_duration = absl::Seconds(seconds.max_run);
   options.limits.max_retention_duration = absl::Seconds(seconds.max_retention);
   options.limits.default_retention_duration = absl::Seconds(seconds.retention);
+  *exit_code = 2;
+  if (!options.store_file.empty()) {
+    const auto text = ReadWholeFile(options.store_file);
+    if (!text.ok()) return Refuse("--store-file " + options.store_file + " cannot be read");
+    options.store = std::string(absl::StripAsciiWhitespace(*text));
+  }
   if (options.node_name.empty()) options.node_name = MachineName();
   if (options.worker.empty()) options.worker = DefaultWorker();
   if (options.limits.max_worker_memory_bytes < 0) {
     options.limits.max_worker_memory_bytes = DefaultWorkerMemory(options.worker_count);
   }
-  *exit_code = 2;
   if (const absl::Status status = Validate(options); !status.ok()) return status;
   return options;
 }
@@ -234,6 +244,7 @@ absl::Status Validate(const ServerOptions& options) {
     return status;
   }
   if (const absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
+  if (const absl::Status status = CheckPeerCa(options.peer_ca); !status.ok()) return status;
   const bool callers_known = !options.tokens.empty() || !options.tls.client_ca.empty();
   for (const std::string& address : options.listen) {
     if (IsLocalAddress(address) || options.insecure) continue;

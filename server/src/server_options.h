@@ -33,6 +33,8 @@ struct ServerOptions {
   // Where the queue is kept: "sqlite", in the data folder, or postgres://..., shared by all nodes
   // of a cluster; then they share the data folder as well.
   std::string store = "sqlite";
+  // File whose text takes the place of `store`, for one that holds a password; empty: none.
+  std::string store_file;
   // This server among the nodes of a cluster; empty: the machine's name.
   std::string node_name;
   // host:port where the other nodes reach this one; empty: the first of `listen`.

@@ -149,7 +149,8 @@ absl::StatusOr<SubmittedJob> SqliteJobStore::Submit(const NewJob& job, int64_t m
   AMHEX_RETURN_IF_ERROR(transaction.status());
   AMHEX_ASSIGN_OR_RETURN(auto known, FindRequestLocked(job));
   if (known) return *known;
-  AMHEX_ASSIGN_OR_RETURN(const auto result, FindResultLocked(job));
+  AMHEX_ASSIGN_OR_RETURN(auto result, FindResultLocked(job));
+  if (result && !IsStored(result->details.result().mesh().sha256())) result.reset();
   if (!result) AMHEX_RETURN_IF_ERROR(CheckRoomLocked(job, max_queued));
   AMHEX_RETURN_IF_ERROR(EnrolTenantLocked(job.tenant));
   AMHEX_RETURN_IF_ERROR(InsertLocked(job, now));

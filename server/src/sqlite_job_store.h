@@ -39,7 +39,7 @@ class SqliteJobStore : public JobStore {
                                                absl::Time now) override;
   absl::Status Delete(const std::string& id) override;
   absl::StatusOr<int64_t> RequeueRunning(const std::string& node) override;
-  absl::StatusOr<std::vector<ClaimedJob>> ReapExpiredLeases(absl::Time now) override;
+  absl::StatusOr<ReapedLeases> ReapExpiredLeases(absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> ExpireQueued(const FinalOutcome& outcome,
                                                         absl::Time now) override;
   absl::StatusOr<std::vector<std::string>> RemoveExpired(absl::Time now) override;
@@ -51,7 +51,8 @@ class SqliteJobStore : public JobStore {
   absl::StatusOr<bool> OwnsBlob(const std::string& tenant, const std::string& sha256) override;
   absl::StatusOr<int64_t> OwnedBytes(const std::string& tenant) override;
   absl::StatusOr<int64_t> DropUnusedGrants(absl::Time before) override;
-  absl::StatusOr<bool> IsBlobUsed(const std::string& sha256) override;
+  absl::StatusOr<bool> CollectBlob(const std::string& sha256,
+                                   const std::function<void()>& hide) override;
 
  private:
   // What a queued job needs to be claimed.

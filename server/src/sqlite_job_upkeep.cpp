@@ -2,6 +2,7 @@
 // owns which blob.
 #include <utility>
 
+#include "job_record.h"
 #include "sqlite_job_rows.h"
 #include "sqlite_job_store.h"
 #include "status_macros.h"
@@ -22,7 +23,7 @@ absl::StatusOr<int64_t> SqliteJobStore::RequeueRunning(const std::string& node) 
   return database_->ChangeCount();
 }
 
-absl::StatusOr<std::vector<ClaimedJob>> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
+absl::StatusOr<ReapedLeases> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
   SqliteTransaction transaction(database_.get());
   AMHEX_RETURN_IF_ERROR(transaction.status());
@@ -38,10 +39,10 @@ absl::StatusOr<std::vector<ClaimedJob>> SqliteJobStore::ReapExpiredLeases(absl::
       expired.push_back({select.TextColumn(kId), select.IntColumn(kLeaseEpoch), ReadJob(select)});
     }
   }
-  std::vector<ClaimedJob> exhausted;
+  ReapedLeases reaped;
   for (ClaimedJob& job : expired) {
     if (job.job.attempt_count() >= job.job.max_attempts()) {
-      exhausted.push_back(std::move(job));
+      reaped.exhausted.push_back(std::move(job));
       continue;
     }
     AMHEX_RETURN_IF_ERROR(ChargeLocked(job.id, job.epoch, now));
@@ -50,9 +51,10 @@ absl::StatusOr<std::vector<ClaimedJob>> SqliteJobStore::ReapExpiredLeases(absl::
                                       " lease_owner = NULL, lease_until = NULL, not_before = ?"
                                       " WHERE id = ?"));
     AMHEX_RETURN_IF_ERROR(back.Int(now_micros).Text(job.id).Run());
+    reaped.requeued.push_back(job.id);
   }
   AMHEX_RETURN_IF_ERROR(transaction.Commit());
-  return exhausted;
+  return reaped;
 }
 
 absl::StatusOr<std::vector<std::string>> SqliteJobStore::IdsLocked(SqliteStatement* select) {
@@ -128,13 +130,17 @@ absl::Status SqliteJobStore::GrantLocked(const std::string& tenant, const amhex:
                                             " ON CONFLICT(tenant, sha256) DO UPDATE SET"
                                             " bytes = max(bytes, ?3), grant_time = ?4"));
   grant.Text(tenant).Text(blob.sha256()).Int(blob.size_bytes());
-  return grant.Int(absl::ToUnixMicros(now)).Run();
+  AMHEX_RETURN_IF_ERROR(grant.Int(absl::ToUnixMicros(now)).Run());
+  return IsStored(blob.sha256()) ? absl::OkStatus() : BlobMissing(blob.sha256());
 }
 
 absl::Status SqliteJobStore::GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,
                                        absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
-  return GrantLocked(tenant, blob, now);
+  SqliteTransaction transaction(database_.get());
+  AMHEX_RETURN_IF_ERROR(transaction.status());
+  AMHEX_RETURN_IF_ERROR(GrantLocked(tenant, blob, now));
+  return transaction.Commit();
 }
 
 absl::StatusOr<bool> SqliteJobStore::OwnsBlob(const std::string& tenant,
@@ -168,14 +174,17 @@ absl::StatusOr<int64_t> SqliteJobStore::DropUnusedGrants(absl::Time before) {
   return database_->ChangeCount();
 }
 
-absl::StatusOr<bool> SqliteJobStore::IsBlobUsed(const std::string& sha256) {
+absl::StatusOr<bool> SqliteJobStore::CollectBlob(const std::string& sha256,
+                                                 const std::function<void()>& hide) {
   std::lock_guard<std::mutex> lock(mutex_);
   AMHEX_ASSIGN_OR_RETURN(
       auto select, database_->Prepare("SELECT EXISTS (SELECT 1 FROM job WHERE input_sha256 = ?1)"
                                       " OR EXISTS (SELECT 1 FROM job WHERE result_sha256 = ?1)"
                                       " OR EXISTS (SELECT 1 FROM blob_owner WHERE sha256 = ?1)"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Text(sha256).Step());
-  return has_row && select.IntColumn(0) != 0;
+  if (!has_row || select.IntColumn(0) != 0) return false;
+  hide();
+  return true;
 }
 
 }  // namespace amhex::server

@@ -1,6 +1,8 @@
 #include "blob_store.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "errors.h"
 #include "service_fixtures.h"
@@ -169,14 +171,60 @@ TEST_F(BlobStoreTest, CollectRemovesOldUnusedBlobsOnly) {
   const auto used = store_->Put("used");
   const auto unused = store_->Put("unused");
   ASSERT_TRUE(used.ok() && unused.ok());
-  const auto is_used = [&](const std::string& sha256) { return sha256 == used->sha256(); };
+  const BlobStore::Release release = [&](const std::string& sha256, const auto& hide) {
+    if (sha256 == used->sha256()) return false;
+    hide();
+    return true;
+  };
   const absl::Time past = absl::Now() - absl::Hours(1);
   const absl::Time future = absl::Now() + absl::Hours(1);
-  EXPECT_EQ(store_->Collect(past, past, is_used), 0);
-  EXPECT_EQ(store_->Collect(future, past, is_used), unused->size_bytes());
+  EXPECT_EQ(store_->Collect(past, past, release), 0);
+  EXPECT_EQ(store_->Collect(future, past, release), unused->size_bytes());
   EXPECT_TRUE(store_->Contains(used->sha256()));
   EXPECT_FALSE(store_->Contains(unused->sha256()));
   EXPECT_EQ(store_->total_bytes(), used->size_bytes());
+}
+
+TEST_F(BlobStoreTest, BlobComesBackIfItWasNeededAfterAll) {
+  const auto blob = store_->Put(text_);
+  ASSERT_TRUE(blob.ok());
+  const absl::Time future = absl::Now() + absl::Hours(1);
+  const auto refuse_late = [&](const std::string& sha256, const auto& hide) {
+    hide();
+    EXPECT_FALSE(store_->Contains(sha256));
+    return false;
+  };
+  EXPECT_EQ(store_->Collect(future, future, refuse_late), 0);
+  EXPECT_TRUE(store_->Contains(blob->sha256()));
+  const auto store_again = [&](const std::string&, const auto& hide) {
+    hide();
+    EXPECT_TRUE(store_->Put(text_).ok());
+    return true;
+  };
+  store_->Collect(future, future, store_again);
+  EXPECT_TRUE(store_->Contains(blob->sha256()));
+  const auto fd = store_->OpenForRead(blob->sha256());
+  ASSERT_TRUE(fd.ok());
+  EXPECT_EQ(*FileSize(fd->get()), blob->size_bytes());
+}
+
+TEST_F(BlobStoreTest, BlobTouchedInTheLastMomentStays) {
+  const auto blob = store_->Put(text_);
+  ASSERT_TRUE(blob.ok());
+  const absl::Time now = absl::Now();
+  const auto set_time = [&](absl::Time time) {
+    const timespec touched = absl::ToTimespec(time);
+    const timespec times[] = {touched, touched};
+    ASSERT_EQ(utimensat(AT_FDCWD, store_->PathOf(blob->sha256()).c_str(), times, 0), 0);
+  };
+  set_time(now - absl::Hours(2));
+  const auto touch = [&](const std::string& sha256, const auto& hide) {
+    store_->Touch(sha256);
+    hide();
+    return true;
+  };
+  EXPECT_EQ(store_->Collect(now - absl::Hours(1), now, touch), 0);
+  EXPECT_TRUE(store_->Contains(blob->sha256()));
 }
 
 TEST_F(BlobStoreTest, NamesThatAreNoDigestsNeverReachTheDisk) {
@@ -206,7 +254,7 @@ TEST_F(BlobStoreTest, ServersThatShareAFolderSeeEachOthersBlobsButNotTheirDrafts
   ASSERT_TRUE(adopted.ok()) << adopted.status();
   EXPECT_TRUE(there->Contains(adopted->sha256()));
   const absl::Time past = absl::Now() - absl::Hours(1);
-  there->Collect(past, past, [](const std::string&) { return true; });
+  there->Collect(past, past, [](const std::string&, const auto&) { return false; });
   EXPECT_EQ(there->total_bytes(), blob->size_bytes() + adopted->size_bytes());
 }
 

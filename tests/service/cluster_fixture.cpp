@@ -9,30 +9,34 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "files.h"
 #include "postgres_job_store.h"
 
 namespace amhex::server {
 namespace {
 
-constexpr int kCallSeconds = 5;
 constexpr int kPollMilliseconds = 20;
+// For what comes in a moment, but not on a machine that has much else to do.
+constexpr absl::Duration kPatience = absl::Minutes(1);
 
-sockaddr_in Loopback(int port) {
+sockaddr_in SocketAddress(const std::string& host, int port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  inet_pton(AF_INET, host.c_str(), &address.sin_addr);
   address.sin_port = htons(static_cast<uint16_t>(port));
   return address;
 }
 
-int Connect(int port) {
+int Connect(const std::string& host, int port) {
   const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  const sockaddr_in address = Loopback(port);
+  const sockaddr_in address = SocketAddress(host, port);
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) return fd;
   close(fd);
   return -1;
@@ -67,25 +71,12 @@ std::vector<pid_t> ChildrenOf(pid_t parent) {
   return children;
 }
 
-void SetDeadline(grpc::ClientContext* context) {
-  context->set_deadline(absl::ToChronoTime(absl::Now() + absl::Seconds(kCallSeconds)));
-}
-
 }  // namespace
 
-int FreePort() {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = Loopback(0);
-  socklen_t size = sizeof(address);
-  bind(fd, reinterpret_cast<sockaddr*>(&address), size);
-  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
-  close(fd);
-  return ntohs(address.sin_port);
-}
-
-CuttableProxy::CuttableProxy(int target_port) : target_port_(target_port) {
+CuttableProxy::CuttableProxy(const std::string& target_host, int target_port)
+    : target_host_(target_host), target_port_(target_port) {
   listener_ = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = Loopback(0);
+  sockaddr_in address = SocketAddress("127.0.0.1", 0);
   socklen_t size = sizeof(address);
   bind(listener_, reinterpret_cast<sockaddr*>(&address), size);
   listen(listener_, 64);
@@ -114,7 +105,7 @@ void CuttableProxy::Serve() {
       continue;
     }
     const int client = accept(listener_, nullptr, nullptr);
-    const int target = Connect(target_port_);
+    const int target = Connect(target_host_, target_port_);
     if (target < 0) {
       close(client);
       continue;
@@ -147,15 +138,13 @@ void CuttableProxy::Pass(int from, int to, int64_t generation) {
 
 Node::Node(const Options& options)
     : options_(options),
-      port_(FreePort()),
-      metrics_port_(FreePort()),
-      address_("127.0.0.1:" + std::to_string(port_)) {
+      metrics_port_(NextPort()),
+      address_(options.host + ":" + std::to_string(NextPort())) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 50);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
-  const auto channel =
-      grpc::CreateCustomChannel(address_, grpc::InsecureChannelCredentials(), arguments);
+  const auto channel = grpc::CreateCustomChannel(address_, options_.credentials, arguments);
   mesher_ = amhex::v1::Mesher::NewStub(channel);
   blobs_ = amhex::v1::Blobs::NewStub(channel);
   Start();
@@ -170,7 +159,7 @@ void Node::Start() {
                                     "--listen",
                                     address_,
                                     "--metrics-listen",
-                                    "127.0.0.1:" + std::to_string(metrics_port_),
+                                    options_.host + ":" + std::to_string(metrics_port_),
                                     "--data-dir",
                                     options_.folder + "/data",
                                     "--store",
@@ -189,16 +178,18 @@ void Node::Start() {
                                     "50",
                                     "--log-level",
                                     "error"};
+  words.insert(words.end(), options_.flags.begin(), options_.flags.end());
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   pid_ = fork();
   if (pid_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (options_.prepare) options_.prepare();
     execv(AMHEX_DAEMON, pointers.data());
     _exit(127);
   }
-  ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(ports); }, absl::Seconds(30)));
+  ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(ports); }, absl::Minutes(2)));
 }
 
 void Node::Kill() {
@@ -221,8 +212,14 @@ void Node::KillWorker() const {
   if (!workers.empty()) kill(workers.front(), SIGKILL);
 }
 
+void Node::Introduce(grpc::ClientContext* context) const {
+  if (!options_.token.empty()) {
+    context->AddMetadata("authorization", "Bearer " + options_.token);
+  }
+}
+
 double Node::Metric(const std::string& name) const {
-  const int fd = Connect(metrics_port_);
+  const int fd = Connect(options_.host, metrics_port_);
   if (fd < 0) return -1;
   const std::string request = "GET /metrics HTTP/1.0\r\n\r\n";
   send(fd, request.data(), request.size(), MSG_NOSIGNAL);
@@ -238,7 +235,8 @@ double Node::Metric(const std::string& name) const {
 
 grpc::Status Node::Submit(const amhex::v1::SubmitJobRequest& request, std::string* name) const {
   grpc::ClientContext context;
-  SetDeadline(&context);
+  Introduce(&context);
+  context.set_deadline(absl::ToChronoTime(absl::Now() + options_.call_patience));
   amhex::v1::SubmitJobResponse response;
   const grpc::Status status = mesher_->SubmitJob(&context, request, &response);
   *name = response.job().name();
@@ -247,7 +245,8 @@ grpc::Status Node::Submit(const amhex::v1::SubmitJobRequest& request, std::strin
 
 grpc::Status Node::Get(const std::string& name, amhex::v1::Job* job) const {
   grpc::ClientContext context;
-  SetDeadline(&context);
+  Introduce(&context);
+  context.set_deadline(absl::ToChronoTime(absl::Now() + options_.call_patience));
   amhex::v1::GetJobRequest request;
   request.set_name(name);
   return mesher_->GetJob(&context, request, job);
@@ -258,11 +257,21 @@ amhex::v1::Job::State Node::StateOf(const std::string& name) const {
   return Get(name, &job).ok() ? job.state() : amhex::v1::Job::STATE_UNSPECIFIED;
 }
 
+std::string LongScript(const std::string& mesh) {
+  std::string script;
+  for (int step = 1; step <= 3000; ++step) {
+    absl::StrAppend(&script, "progress ", step, "; sleep 100;");
+  }
+  return script + "succeed " + mesh + ";";
+}
+
 Node::Options ClusterTest::NodeOptions(int number) const {
   Node::Options options;
   options.name = "node" + std::to_string(number);
   options.store = database_;
   options.folder = folder_ / "";
+  options.lease_seconds = lease_seconds_;
+  options.call_patience = call_patience_;
   return options;
 }
 
@@ -284,5 +293,46 @@ int ClusterTest::RunnerOf(const std::string& name) {
   }
   return -1;
 }
+
+int ClusterTest::Runner(const std::string& name) {
+  int runner = -1;
+  EXPECT_TRUE(Eventually([&] { return (runner = RunnerOf(name)) >= 0; }, kPatience));
+  return std::max(runner, 0);
+}
+
+int ClusterTest::NodeBeside(const std::string& name) {
+  return (Runner(name) + 1) % static_cast<int>(nodes_.size());
+}
+
+std::string ClusterTest::Submit(int node, const std::string& script) {
+  std::string name;
+  const grpc::Status status = nodes_[node]->Submit(ScriptRequest(script), &name);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return name;
+}
+
+void ClusterTest::Cancel(int node, const std::string& name) {
+  grpc::ClientContext context;
+  nodes_[node]->Introduce(&context);
+  amhex::v1::CancelJobRequest request;
+  request.set_name(name);
+  amhex::v1::Job job;
+  EXPECT_TRUE(nodes_[node]->mesher().CancelJob(&context, request, &job).ok());
+}
+
+bool ClusterTest::Reaches(int node, const std::string& name, amhex::v1::Job::State state) {
+  return Eventually([&] { return nodes_[node]->StateOf(name) == state; }, kPatience);
+}
+
+std::string ClusterTest::SubmitWaiting(int node, const std::string& mesh) {
+  return Submit(node, absl::StrCat("progress 1; touch ", folder_ / ("started-" + mesh), "; await ",
+                                   folder_ / "go", "; succeed ", mesh, ";"));
+}
+
+bool ClusterTest::HasStarted(const std::string& mesh) {
+  return Eventually([&] { return ReadWholeFile(folder_ / ("started-" + mesh)).ok(); }, kPatience);
+}
+
+void ClusterTest::LetGo() { ASSERT_TRUE(WriteFileAtomically(folder_ / "go", "go").ok()); }
 
 }  // namespace amhex::server

@@ -6,6 +6,7 @@
 #include <sys/types.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -15,13 +16,14 @@
 #include "amhex/v1/meshing_service.grpc.pb.h"
 #include "postgres_server.h"
 #include "service_fixtures.h"
+#include "test_addresses.h"
 
 namespace amhex::server {
 
 // Passes TCP connections on to a port of this machine, until it is cut off.
 class CuttableProxy {
  public:
-  explicit CuttableProxy(int target_port);
+  CuttableProxy(const std::string& target_host, int target_port);
   ~CuttableProxy();
 
   int port() const { return port_; }
@@ -33,6 +35,7 @@ class CuttableProxy {
   void Serve();
   void Pass(int from, int to, int64_t generation);
 
+  const std::string target_host_;
   const int target_port_;
   int listener_ = -1;
   int port_ = 0;
@@ -50,7 +53,15 @@ class Node {
     std::string store;
     std::string folder;  // shared by all nodes
     int worker_count = 1;
-    double lease_seconds = 2;
+    double lease_seconds = 30;
+    std::string host = OwnAddress();
+    std::vector<std::string> flags;
+    // How the calls below reach it.
+    std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
+    std::string token;
+    absl::Duration call_patience = absl::Minutes(1);
+    // Run in the new process, before it becomes amhexd.
+    std::function<void()> prepare;
   };
 
   explicit Node(const Options& options);
@@ -66,19 +77,20 @@ class Node {
   void KillWorker() const;
 
   const std::string& address() const { return address_; }
+  // For calls that the caller makes itself: shows the token.
+  void Introduce(grpc::ClientContext* context) const;
   // A metric without labels.
   double Metric(const std::string& name) const;
   amhex::v1::Mesher::Stub& mesher() const { return *mesher_; }
   amhex::v1::Blobs::Stub& blobs() const { return *blobs_; }
 
-  // Calls; each fails after a few seconds.
+  // Calls; each fails after the options' patience.
   grpc::Status Submit(const amhex::v1::SubmitJobRequest& request, std::string* name) const;
   grpc::Status Get(const std::string& name, amhex::v1::Job* job) const;
   amhex::v1::Job::State StateOf(const std::string& name) const;
 
  private:
   const Options options_;
-  int port_ = 0;
   int metrics_port_ = 0;
   std::string address_;
   pid_t pid_ = 0;
@@ -86,18 +98,39 @@ class Node {
   std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
 };
 
-int FreePort();
+// A script that shows progress for minutes. Two with different meshes make two jobs.
+std::string LongScript(const std::string& mesh = "mesh");
 
 class ClusterTest : public ::testing::Test {
  protected:
+  // Short, for tests that wait until leases end. A busy machine may let others end, too: then jobs
+  // run more often, and must still end once.
+  static constexpr double kShortLeaseSeconds = 2;
+
   // Nodes named node0, node1, ... that all reach the database directly.
   void StartNodes(int count, int worker_count = 1);
   Node::Options NodeOptions(int number) const;
   // Node that runs the job, or -1.
   int RunnerOf(const std::string& name);
+  // The node that runs the job, once one does; and another one.
+  int Runner(const std::string& name);
+  int NodeBeside(const std::string& name);
+
+  // What callers do at a node of this number; each returns when it is so, or fails.
+  std::string Submit(int node, const std::string& script);
+  void Cancel(int node, const std::string& name);
+  bool Reaches(int node, const std::string& name, amhex::v1::Job::State state);
+
+  // A job that says that it runs, and ends with the text `mesh` when all such jobs are let go.
+  std::string SubmitWaiting(int node, const std::string& mesh);
+  bool HasStarted(const std::string& mesh);
+  void LetGo();
 
   const std::string database_ = SharedPostgres().MakeDatabase();
   TemporaryFolder folder_;
+  // Of the nodes that NodeOptions describes.
+  double lease_seconds_ = 30;
+  absl::Duration call_patience_ = absl::Minutes(1);
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 

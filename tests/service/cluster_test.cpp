@@ -1,11 +1,13 @@
 // Three amhexd on one PostgreSQL: any of them answers for all jobs, and none is needed.
 #include <signal.h>
 
+#include <filesystem>
 #include <set>
 
 #include "absl/strings/str_cat.h"
 #include "cluster_fixture.h"
 #include "files.h"
+#include "job_watcher.h"
 #include "sha256.h"
 
 namespace amhex::server {
@@ -14,91 +16,32 @@ namespace {
 using amhex::v1::Job;
 using amhex::v1::WatchJobResponse;
 
-// A script that shows progress for about `steps` tenths of a second.
-std::string LongScript(int steps) {
-  std::string script;
-  for (int step = 1; step <= steps; ++step)
-    absl::StrAppend(&script, "progress ", step, "; sleep 100;");
-  return script + "succeed mesh;";
-}
-
-// Watches a job in a thread of its own.
-class Watcher {
- public:
-  Watcher(const Node& node, const std::string& name) {
-    request_.set_name(name);
-    thread_ = std::thread([this, &node] {
-      auto stream = node.mesher().WatchJob(&context_, request_);
-      WatchJobResponse frame;
-      while (stream->Read(&frame)) {
-        increasing_ = increasing_ && frame.seq() >= last_seq_;
-        last_seq_ = frame.seq();
-        progress_count_ += frame.has_progress() ? 1 : 0;
-        if (frame.has_job()) state_ = frame.job().state();
-      }
-      status_ = stream->Finish();
-    });
-  }
-  ~Watcher() {
-    context_.TryCancel();
-    if (thread_.joinable()) thread_.join();
-  }
-  void Join() { thread_.join(); }
-
-  bool increasing() const { return increasing_; }
-  int progress_count() const { return progress_count_; }
-  Job::State state() const { return state_; }
-  int64_t last_seq() const { return last_seq_; }
-
- private:
-  grpc::ClientContext context_;
-  amhex::v1::WatchJobRequest request_;
-  std::atomic<bool> increasing_{true};
-  std::atomic<int64_t> last_seq_{0};
-  std::atomic<int> progress_count_{0};
-  std::atomic<Job::State> state_{Job::STATE_UNSPECIFIED};
-  grpc::Status status_;
-  std::thread thread_;
-};
-
-class NodesTest : public ClusterTest {
- protected:
-  std::string Submit(int node, const std::string& script) {
-    std::string name;
-    const grpc::Status status = nodes_[node]->Submit(ScriptRequest(script), &name);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    return name;
-  }
-  bool Reaches(int node, const std::string& name, Job::State state) {
-    return Eventually([&] { return nodes_[node]->StateOf(name) == state; }, absl::Seconds(30));
-  }
-  // A node other than the one that runs the job, once one does.
-  int NodeBeside(const std::string& name) {
-    EXPECT_TRUE(Eventually([&] { return RunnerOf(name) >= 0; }, absl::Seconds(30)));
-    return (RunnerOf(name) + 1) % static_cast<int>(nodes_.size());
-  }
-};
+using NodesTest = ClusterTest;
 
 TEST_F(NodesTest, EveryNodeTellsTheProgressOfAJobThatOneOfThemRuns) {
   StartNodes(3);
-  const std::string name = Submit(0, LongScript(20));
-  std::vector<std::unique_ptr<Watcher>> watchers;
-  for (const auto& node : nodes_) watchers.push_back(std::make_unique<Watcher>(*node, name));
+  const std::string name = Submit(0, LongScript());
+  std::vector<std::unique_ptr<JobWatcher>> watchers;
+  for (const auto& node : nodes_) watchers.push_back(std::make_unique<JobWatcher>(*node, name));
+  for (const auto& watcher : watchers) {
+    EXPECT_TRUE(Eventually([&] { return watcher->progress_count() >= 5; }, absl::Minutes(1)));
+  }
+  Cancel(0, name);
   for (const auto& watcher : watchers) {
     watcher->Join();
-    EXPECT_EQ(watcher->state(), Job::SUCCEEDED);
-    EXPECT_GE(watcher->progress_count(), 5);
+    EXPECT_EQ(watcher->state(), Job::CANCELLED);
     EXPECT_TRUE(watcher->increasing());
   }
-  for (const auto& node : nodes_) EXPECT_EQ(node->StateOf(name), Job::SUCCEEDED);
+  for (const auto& node : nodes_) EXPECT_EQ(node->StateOf(name), Job::CANCELLED);
 }
 
 TEST_F(NodesTest, ManyWatchersOfAnotherNodesJobCostItOneStream) {
   StartNodes(2);
-  const std::string name = Submit(0, LongScript(50));
+  const std::string name = Submit(0, LongScript());
   const int beside = NodeBeside(name);
-  std::vector<std::unique_ptr<Watcher>> watchers;
-  for (int i = 0; i < 10; ++i) watchers.push_back(std::make_unique<Watcher>(*nodes_[beside], name));
+  std::vector<std::unique_ptr<JobWatcher>> watchers;
+  for (int i = 0; i < 10; ++i)
+    watchers.push_back(std::make_unique<JobWatcher>(*nodes_[beside], name));
   for (const auto& watcher : watchers) {
     EXPECT_TRUE(Eventually([&] { return watcher->progress_count() > 0; }));
   }
@@ -108,11 +51,11 @@ TEST_F(NodesTest, ManyWatchersOfAnotherNodesJobCostItOneStream) {
 
 TEST_F(NodesTest, WatcherGoesOnAtAnotherNodeWhereItWasCutOff) {
   StartNodes(2);
-  const std::string name = Submit(0, LongScript(40));
+  const std::string name = Submit(0, LongScript());
   const int beside = NodeBeside(name);
   int64_t seq = 0;
   {
-    Watcher first(*nodes_[1 - beside], name);
+    JobWatcher first(*nodes_[1 - beside], name);
     ASSERT_TRUE(Eventually([&] { return first.progress_count() > 2; }));
     seq = first.last_seq();
   }
@@ -134,13 +77,9 @@ TEST_F(NodesTest, WatcherGoesOnAtAnotherNodeWhereItWasCutOff) {
 
 TEST_F(NodesTest, CancelThroughAnotherNodeStopsTheWorker) {
   StartNodes(3);
-  const std::string name = Submit(0, LongScript(600));
+  const std::string name = Submit(0, LongScript());
   const int beside = NodeBeside(name);
-  grpc::ClientContext context;
-  amhex::v1::CancelJobRequest request;
-  request.set_name(name);
-  Job job;
-  ASSERT_TRUE(nodes_[beside]->mesher().CancelJob(&context, request, &job).ok());
+  Cancel(beside, name);
   EXPECT_TRUE(Reaches(beside, name, Job::CANCELLED));
 }
 
@@ -179,30 +118,31 @@ TEST_F(NodesTest, InputUploadedToOneNodeIsMeshedThroughAnotherAndReadFromAThird)
 }
 
 TEST_F(NodesTest, JobOfAKilledNodeIsDoneByAnotherWhileItIsWatched) {
+  lease_seconds_ = kShortLeaseSeconds;
   StartNodes(3);
-  const std::string marker = folder_ / "marker";
-  const std::string name =
-      Submit(0, absl::StrCat("progress 1; touch ", marker, "; sleep 3000; succeed mesh;"));
-  const int beside = NodeBeside(name);
-  const int runner = RunnerOf(name);
-  Watcher watcher(*nodes_[beside], name);
-  ASSERT_TRUE(Eventually([&] { return ReadWholeFile(marker).ok(); }));
+  const std::string name = SubmitWaiting(0, "mesh");
+  ASSERT_TRUE(HasStarted("mesh"));
+  const int runner = Runner(name);
+  const int beside = (runner + 1) % 3;
+  JobWatcher watcher(*nodes_[beside], name);
   nodes_[runner]->Kill();
+  LetGo();
   watcher.Join();
   EXPECT_EQ(watcher.state(), Job::SUCCEEDED);
   Job job;
   ASSERT_TRUE(nodes_[beside]->Get(name, &job).ok());
-  EXPECT_EQ(job.attempt_count(), 2);
+  EXPECT_GE(job.attempt_count(), 2);
 }
 
 TEST_F(NodesTest, RestartedNodePutsItsOwnJobsBackAndLeavesThoseOfOthersAlone) {
   StartNodes(2);
-  const std::string first = Submit(0, LongScript(30));
-  const std::string second = Submit(0, LongScript(31));  // equal jobs would share one run
-  ASSERT_TRUE(Reaches(0, first, Job::RUNNING) && Reaches(0, second, Job::RUNNING));
-  const int runner = RunnerOf(first);
+  const std::string first = SubmitWaiting(0, "first");
+  const std::string second = SubmitWaiting(0, "second");
+  ASSERT_TRUE(HasStarted("first") && HasStarted("second"));
+  const int runner = Runner(first);
   nodes_[runner]->Kill();
   nodes_[runner]->Start();
+  LetGo();
   for (const std::string& name : {first, second}) {
     ASSERT_TRUE(Reaches(runner, name, Job::SUCCEEDED));
     Job job;
@@ -212,29 +152,32 @@ TEST_F(NodesTest, RestartedNodePutsItsOwnJobsBackAndLeavesThoseOfOthersAlone) {
 }
 
 TEST_F(NodesTest, PausedNodeIsFencedWhenItWakes) {
+  lease_seconds_ = kShortLeaseSeconds;
   StartNodes(2);
-  const std::string marker = folder_ / "runs";
-  const std::string name =
-      Submit(0, absl::StrCat("progress 1; touch ", marker, "; sleep 1500; succeed mesh;"));
-  const int beside = NodeBeside(name);
-  const int runner = RunnerOf(name);
-  ASSERT_TRUE(Eventually([&] { return ReadWholeFile(marker).ok(); }));
+  const std::string name = SubmitWaiting(0, "mesh");
+  ASSERT_TRUE(HasStarted("mesh"));
+  const int runner = Runner(name);
+  const int beside = 1 - runner;
   nodes_[runner]->Signal(SIGSTOP);
+  EXPECT_TRUE(Eventually([&] { return RunnerOf(name) == beside; }, absl::Minutes(1)));
+  EXPECT_GE(nodes_[beside]->Metric("amhex_lease_expired_total"), 1);
+  LetGo();  // the paused node's worker is not paused, and ends as well
   EXPECT_TRUE(Reaches(beside, name, Job::SUCCEEDED));
   nodes_[runner]->Signal(SIGCONT);
   EXPECT_TRUE(Reaches(runner, name, Job::SUCCEEDED));
   Job job;
   ASSERT_TRUE(nodes_[runner]->Get(name, &job).ok());
-  EXPECT_EQ(job.attempt_count(), 2);
+  EXPECT_GE(job.attempt_count(), 2);
   const std::string next = Submit(runner, "succeed again;");
   EXPECT_TRUE(Reaches(runner, next, Job::SUCCEEDED));
 }
 
 TEST_F(NodesTest, DatabaseAwayIsUnavailableAndRunningJobsFinishWhenItIsBack) {
   StartNodes(2);
-  const std::string name = Submit(0, LongScript(10));
-  ASSERT_TRUE(Reaches(0, name, Job::RUNNING));
+  const std::string name = SubmitWaiting(0, "mesh");
+  ASSERT_TRUE(HasStarted("mesh"));
   SharedPostgres().Kill();
+  LetGo();
   std::string refused;
   EXPECT_EQ(nodes_[0]->Submit(ScriptRequest("succeed mesh;"), &refused).error_code(),
             grpc::StatusCode::UNAVAILABLE);
@@ -244,10 +187,53 @@ TEST_F(NodesTest, DatabaseAwayIsUnavailableAndRunningJobsFinishWhenItIsBack) {
   EXPECT_TRUE(Eventually([&] { return nodes_[0]->Metric("amhex_store_up") == 1; }));
 }
 
+TEST_F(NodesTest, RestoredBackupHoldsTheSameJobsAndMeshes) {
+  StartNodes(1);
+  const auto list = [this] {
+    grpc::ClientContext context;
+    amhex::v1::ListJobsResponse response;
+    EXPECT_TRUE(nodes_[0]->mesher().ListJobs(&context, {}, &response).ok());
+    std::string text;
+    for (const Job& job : response.jobs()) text += job.ShortDebugString() + "\n";
+    return text;
+  };
+  for (const std::string mesh : {"first", "second", "third"}) {
+    ASSERT_TRUE(Reaches(0, Submit(0, "succeed " + mesh + ";"), Job::SUCCEEDED));
+  }
+  ASSERT_TRUE(Reaches(0, Submit(0, "fail;"), Job::FAILED));
+  const std::string before = list();
+  // As docs/cluster.md says: the database first, then the folder, while the node runs.
+  const std::string dump = folder_ / "dump.sql";
+  ASSERT_TRUE(WriteFileAtomically(dump, "").ok());
+  std::filesystem::permissions(folder_ / "", std::filesystem::perms::all);
+  std::filesystem::permissions(dump, std::filesystem::perms::all);
+  const std::string schema = database_.substr(database_.rfind("%3D") + 3);
+  const std::string url = database_.substr(0, database_.rfind('?'));
+  ASSERT_TRUE(SharedPostgres().RunProgram("pg_dump", url, {"-n", schema, "-f", dump}));
+  std::filesystem::copy(folder_ / "data", folder_ / "copy",
+                        std::filesystem::copy_options::recursive);
+  // What comes later, and then everything, is lost.
+  ASSERT_TRUE(Reaches(0, Submit(0, "succeed fourth;"), Job::SUCCEEDED));
+  EXPECT_NE(list(), before);
+  EXPECT_EQ(nodes_[0]->Terminate(), 0);
+  std::filesystem::remove_all(folder_ / "data");
+  ASSERT_TRUE(
+      SharedPostgres().RunProgram("psql", url, {"-q", "-c", "DROP SCHEMA " + schema + " CASCADE"}));
+
+  ASSERT_TRUE(
+      SharedPostgres().RunProgram("psql", url, {"-q", "-v", "ON_ERROR_STOP=1", "-f", dump}));
+  std::filesystem::rename(folder_ / "copy", folder_ / "data");
+  nodes_[0]->Start();
+  EXPECT_EQ(list(), before);
+  Job job;
+  ASSERT_TRUE(nodes_[0]->Get(Submit(0, "succeed first;"), &job).ok());
+  EXPECT_TRUE(Reaches(0, job.name(), Job::SUCCEEDED));
+}
+
 TEST_F(NodesTest, SecondNodeOfTheSameNameIsRefused) {
   StartNodes(1);
   const std::string command =
-      absl::StrCat(AMHEX_DAEMON, " --listen 127.0.0.1:", FreePort(),
+      absl::StrCat(AMHEX_DAEMON, " --listen ", OwnAddress(), ":", NextPort(),
                    " --metrics-listen '' --store '", database_, "' --node-name node0 --data-dir ",
                    folder_ / "data", " --worker ", AMHEX_SCRIPTED_WORKER, " 2>/dev/null");
   EXPECT_NE(std::system(command.c_str()), 0);

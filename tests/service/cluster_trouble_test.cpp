@@ -24,7 +24,8 @@ using amhex::v1::Job;
 constexpr int kSubmitters = 4;
 constexpr int kJobsPerSubmitter = 250;
 constexpr int kWorkers = 3;
-constexpr absl::Duration kPatience = absl::Minutes(5);
+// Far more than it takes: a minute on two cores that have nothing else to do.
+constexpr absl::Duration kPatience = absl::Minutes(15);
 
 // Notes every end of a job, and refuses changes of jobs that have ended.
 constexpr char kWatchdog[] = R"sql(
@@ -45,6 +46,10 @@ class TroubleTest : public ClusterTest {
   void SubmitUntilAcknowledged(uint32_t seed) {
     std::mt19937 random(seed);
     for (int i = 0; i < kJobsPerSubmitter; ++i) {
+      // However fast the machine is, everything breaks in the middle.
+      while (i == kJobsPerSubmitter / 2 && !AllHasBroken() && absl::Now() < deadline_) {
+        absl::SleepFor(absl::Milliseconds(20));
+      }
       const std::string mesh = MakeUuid(absl::Now());
       amhex::v1::SubmitJobRequest request =
           ScriptRequest(absl::StrCat("progress 1; sleep 20; succeed ", mesh, ";"));
@@ -59,6 +64,8 @@ class TroubleTest : public ClusterTest {
     }
   }
 
+  bool AllHasBroken() const { return database_restarted_ && hurt_count_ >= kHurtKinds; }
+
   size_t AcknowledgedCount() {
     std::lock_guard<std::mutex> lock(mutex_);
     return acknowledged_.size();
@@ -71,10 +78,10 @@ class TroubleTest : public ClusterTest {
     return rows.ok() && rows->Next() ? rows->IntColumn(0) : -1;
   }
 
-  // One random misfortune; the cluster is whole again when it returns.
+  // One misfortune after the other, to random nodes; the cluster is whole again when it returns.
   void Hurt(std::mt19937* random, CuttableProxy* proxy) {
     Node& victim = *nodes_[(*random)() % nodes_.size()];
-    switch ((*random)() % 4) {
+    switch (hurt_count_ % kHurtKinds) {
       case 0:
         victim.Kill();
         absl::SleepFor(absl::Milliseconds(300));
@@ -100,24 +107,31 @@ class TroubleTest : public ClusterTest {
         proxy->Mend();
         ++hurts_["node cut off from the database"];
     }
+    ++hurt_count_;
   }
 
+  static constexpr int kHurtKinds = 4;
   static constexpr absl::Duration kBeyondLease = absl::Milliseconds(3500);
 
   std::mutex mutex_;
   std::map<std::string, std::string> acknowledged_;  // name -> mesh
   std::map<std::string, int> hurts_;
+  std::atomic<int> hurt_count_{0};
+  std::atomic<bool> database_restarted_{false};
   absl::Time deadline_ = absl::Now() + kPatience;
 };
 
 TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
-  CuttableProxy proxy(SharedPostgres().port());
+  CuttableProxy proxy(SharedPostgres().host(), SharedPostgres().port());
+  lease_seconds_ = kShortLeaseSeconds;
+  call_patience_ = absl::Seconds(5);
   StartNodes(2, kWorkers);
   Node::Options cut_off = NodeOptions(2);
   cut_off.worker_count = kWorkers;
-  const std::string direct = absl::StrCat(":", SharedPostgres().port(), "/");
+  const std::string direct =
+      absl::StrCat("@", SharedPostgres().host(), ":", SharedPostgres().port(), "/");
   cut_off.store.replace(cut_off.store.find(direct), direct.size(),
-                        absl::StrCat(":", proxy.port(), "/"));
+                        absl::StrCat("@127.0.0.1:", proxy.port(), "/"));
   nodes_.push_back(std::make_unique<Node>(cut_off));
   ASSERT_TRUE((*PostgresConnection::Open(database_, absl::Seconds(5)))->Execute(kWatchdog).ok());
 
@@ -127,14 +141,13 @@ TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
   }
   constexpr size_t kAll = size_t{kSubmitters} * kJobsPerSubmitter;
   std::mt19937 random(1);
-  bool database_restarted = false;
   while (absl::Now() < deadline_ &&
          (AcknowledgedCount() < kAll || Count("SELECT count(*) FROM job WHERE state < 3") != 0)) {
-    if (!database_restarted && AcknowledgedCount() > kAll / 2) {
+    if (!database_restarted_ && AcknowledgedCount() >= kAll / 4) {
       SharedPostgres().Kill();
       absl::SleepFor(absl::Seconds(1));
       SharedPostgres().Start();
-      database_restarted = true;
+      database_restarted_ = true;
       ++hurts_["database crashed"];
     }
     Hurt(&random, &proxy);
@@ -143,7 +156,7 @@ TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
   for (std::jthread& submitter : submitters) submitter.join();
 
   for (const auto& [what, count] : hurts_) std::cout << "  " << what << ": " << count << "\n";
-  EXPECT_TRUE(database_restarted);
+  EXPECT_TRUE(AllHasBroken());
   ASSERT_EQ(acknowledged_.size(), kAll);
   for (const auto& [name, mesh] : acknowledged_) {
     Job job;
@@ -194,7 +207,7 @@ TEST_F(TroubleTest, RollingRestartUnderLoadFailsNoCallOfAClient) {
       const int before = done;
       EXPECT_EQ(node->Terminate(), 0);
       node->Start();
-      EXPECT_TRUE(Eventually([&] { return done > before; }, absl::Seconds(60)));
+      EXPECT_TRUE(Eventually([&] { return done > before; }, absl::Minutes(3)));
     }
   }
   stopping = true;

@@ -117,9 +117,10 @@ TEST_P(JobStoreLaws, ExpiredLeaseOfTheLastAttemptIsReportedAsExhausted) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     Claim();
     now_ += kLease + absl::Seconds(1);
-    const auto exhausted = store_->ReapExpiredLeases(now_);
-    ASSERT_TRUE(exhausted.ok());
-    EXPECT_EQ(exhausted->size(), attempt == 1 ? 1u : 0u);
+    const auto reaped = store_->ReapExpiredLeases(now_);
+    ASSERT_TRUE(reaped.ok());
+    EXPECT_EQ(reaped->exhausted.size(), attempt == 1 ? 1u : 0u);
+    EXPECT_EQ(reaped->requeued.size(), attempt == 1 ? 0u : 1u);
   }
   EXPECT_EQ(StateOf(id), Job::RUNNING);
 }
@@ -248,16 +249,16 @@ TEST_P(JobStoreLaws, ListKeepsOnlyMatchingStatesAndLabels) {
 TEST_P(JobStoreLaws, BlobsAreUsedAsLongAsAJobNamesThemOrATenantHasThemStill) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();
-  EXPECT_TRUE(*store_->IsBlobUsed("input"));
-  EXPECT_FALSE(*store_->IsBlobUsed("result"));
+  EXPECT_TRUE(IsUsed("input"));
+  EXPECT_FALSE(IsUsed("result"));
   ASSERT_TRUE(store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
-  EXPECT_TRUE(*store_->IsBlobUsed("result"));
+  EXPECT_TRUE(IsUsed("result"));
   EXPECT_EQ(*store_->DropUnusedGrants(now_ + absl::Seconds(1)), 0);
   ASSERT_TRUE(store_->Delete(id).ok());
-  EXPECT_TRUE(*store_->IsBlobUsed("input"));
+  EXPECT_TRUE(IsUsed("input"));
   EXPECT_EQ(*store_->DropUnusedGrants(now_ + absl::Seconds(1)), 2);
-  EXPECT_FALSE(*store_->IsBlobUsed("input"));
-  EXPECT_FALSE(*store_->IsBlobUsed("result"));
+  EXPECT_FALSE(IsUsed("input"));
+  EXPECT_FALSE(IsUsed("result"));
 }
 
 TEST_P(JobStoreLaws, OldestFinalJobsAreRemovedFirst) {

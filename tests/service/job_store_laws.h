@@ -71,6 +71,8 @@ class JobStoreLaws : public ::testing::TestWithParam<StoreKind> {
   bool NothingToClaim(const Claimant& claimant = AnyJob());
   // Claims the next job and ends it after `span`; returns its tenant.
   std::string RunNext(absl::Duration span);
+  // True if a blob cannot be collected.
+  bool IsUsed(const std::string& sha256);
   amhex::v1::Job::State StateOf(const std::string& id);
 
   std::unique_ptr<StorePlace> place_;

@@ -60,6 +60,14 @@ std::string JobStoreLaws::RunNext(absl::Duration span) {
   return claimed.job.tenant();
 }
 
+bool JobStoreLaws::IsUsed(const std::string& sha256) {
+  bool is_hidden = false;
+  const auto unused = store_->CollectBlob(sha256, [&] { is_hidden = true; });
+  EXPECT_TRUE(unused.ok()) << unused.status();
+  EXPECT_EQ(is_hidden, *unused);
+  return !is_hidden;
+}
+
 Job::State JobStoreLaws::StateOf(const std::string& id) {
   const auto job = store_->Get(id);
   return job.ok() ? job->state() : Job::STATE_UNSPECIFIED;

@@ -1,7 +1,11 @@
 // The laws of a queue that several tenants share: who sees what, whose turn it is, what fits, whose
 // result serves whom. See job_store_laws.h.
+#include <atomic>
 #include <map>
+#include <set>
+#include <thread>
 
+#include "absl/time/clock.h"
 #include "errors.h"
 #include "job_id.h"
 #include "job_store_laws.h"
@@ -284,7 +288,62 @@ TEST_P(JobStoreLaws, OwnershipEndsWhenNothingUsesTheBlobAnyMore) {
   EXPECT_EQ(*store_->DropUnusedGrants(now_ + absl::Minutes(1)), 1);
   EXPECT_FALSE(*store_->OwnsBlob("ada", "upload"));
   EXPECT_TRUE(*store_->OwnsBlob("bob", "upload"));
-  EXPECT_TRUE(*store_->IsBlobUsed("upload"));
+  EXPECT_TRUE(IsUsed("upload"));
+}
+
+TEST_P(JobStoreLaws, BlobThatIsNotStoredIsNotTakenOn) {
+  bool is_stored = true;
+  store_->CheckBlobsWith([&](const std::string&) { return is_stored; });
+  const std::string id = Submit(Make());
+  const ClaimedJob claimed = Claim();
+  is_stored = false;
+  const auto refused = store_->Submit(MakeFor("ada"), kManyJobs, now_);
+  EXPECT_EQ(ReasonOf(refused.status()), "BLOB_MISSING");
+  EXPECT_EQ(ReasonOf(store_->GrantBlob("ada", Blob("upload", 1000), now_)), "BLOB_MISSING");
+  const auto ended = store_->Finish(id, claimed.epoch, Outcome(Job::SUCCEEDED), now_);
+  EXPECT_EQ(ReasonOf(ended.status()), "BLOB_MISSING");
+  EXPECT_EQ(StateOf(id), Job::RUNNING);
+  EXPECT_EQ(*store_->OwnedBytes("ada"), 0);
+  EXPECT_FALSE(IsUsed("upload"));
+  EXPECT_FALSE(IsUsed("result"));
+  EXPECT_TRUE(NothingToClaim());
+}
+
+TEST_P(JobStoreLaws, ResultWhoseBytesAreGoneIsNotShared) {
+  std::set<std::string> stored = {"input", "result"};
+  store_->CheckBlobsWith([&](const std::string& sha256) { return stored.contains(sha256); });
+  NewJob first = Make();
+  first.cache_key = "key";
+  Submit(first);
+  const ClaimedJob claimed = Claim();
+  ASSERT_TRUE(store_->Finish(first.id, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
+  stored.erase("result");
+  NewJob second = Make();
+  second.cache_key = "key";
+  Submit(second);
+  EXPECT_EQ(StateOf(second.id), Job::QUEUED);
+}
+
+TEST_P(JobStoreLaws, NobodyComesToUseABlobWhileItIsHidden) {
+  constexpr absl::Duration kChanceToBreakTheLaw = absl::Milliseconds(200);
+  std::atomic<bool> hiding{false};
+  std::atomic<bool> asked_meanwhile{false};
+  store_->CheckBlobsWith([&](const std::string&) {
+    asked_meanwhile = asked_meanwhile || hiding;
+    return true;
+  });
+  std::jthread submitter;
+  const auto unused = store_->CollectBlob("input", [&] {
+    hiding = true;
+    if (!submitter.joinable()) submitter = std::jthread([&] { Submit(Make()); });
+    absl::SleepFor(kChanceToBreakTheLaw);
+    hiding = false;
+  });
+  ASSERT_TRUE(unused.ok()) << unused.status();
+  EXPECT_TRUE(*unused);
+  submitter.join();
+  EXPECT_FALSE(asked_meanwhile);
+  EXPECT_TRUE(IsUsed("input"));
 }
 
 }  // namespace

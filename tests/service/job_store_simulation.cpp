@@ -157,9 +157,9 @@ class History {
   }
 
   void Housekeep() {
-    const auto exhausted = store_->ReapExpiredLeases(now_);
-    ASSERT_TRUE(exhausted.ok()) << exhausted.status();
-    for (const ClaimedJob& job : *exhausted) {
+    const auto reaped = store_->ReapExpiredLeases(now_);
+    ASSERT_TRUE(reaped.ok()) << reaped.status();
+    for (const ClaimedJob& job : reaped->exhausted) {
       EXPECT_EQ(job.job.attempt_count(), kMaxAttempts);
       EXPECT_TRUE(store_->Finish(job.id, job.epoch, Outcome(Job::FAILED), now_).ok());
       MarkFinal(job.id);

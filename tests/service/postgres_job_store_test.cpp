@@ -6,10 +6,12 @@
 #include <set>
 #include <thread>
 
+#include "blob_store.h"
 #include "errors.h"
 #include "job_id.h"
 #include "job_store_laws.h"
 #include "postgres_server.h"
+#include "service_fixtures.h"
 
 namespace amhex::server {
 namespace {
@@ -198,6 +200,52 @@ TEST_F(PostgresJobStoreTest, EveryNodeLearnsWhereAJobRuns) {
   EXPECT_EQ(*here->RunnerAddress(job.id), "");
   ASSERT_TRUE(there->Claim(AnyJob(), absl::Now())->has_value());
   EXPECT_EQ(*here->RunnerAddress(job.id), "there:2");
+}
+
+// Without CollectBlob's lock, and without looking again under it, this fails within a second.
+TEST_F(PostgresJobStoreTest, NoSubmittedJobMissesItsInputWhileOtherNodesCollect) {
+  constexpr int kRounds = 60;
+  TemporaryFolder folder;
+  std::atomic<bool> done{false};
+  const auto collect = [&](const std::string& node) {
+    ASSERT_TRUE(MakeFolders(folder / node).ok());
+    const auto store = Open(At(url_, node));
+    const auto blobs = *BlobStore::Open(folder.path(), Limits(), folder / node);
+    const absl::Time future = absl::Now() + absl::Hours(1);  // nothing is too young
+    while (!done) {
+      ASSERT_TRUE(store->DropUnusedGrants(future).ok());
+      blobs->Collect(future, future, [&](const std::string& sha256, const auto& hide) {
+        const auto unused = store->CollectBlob(sha256, hide);
+        return unused.ok() && *unused;
+      });
+    }
+  };
+  const auto submit = [&](const std::string& node) {
+    ASSERT_TRUE(MakeFolders(folder / node).ok());
+    const auto store = Open(At(url_, node));
+    const auto blobs = *BlobStore::Open(folder.path(), Limits(), folder / node);
+    store->CheckBlobsWith([&](const std::string& sha256) { return blobs->Contains(sha256); });
+    for (int round = 0; round < kRounds; ++round) {
+      NewJob job = Make();
+      *job.job.mutable_input() = *blobs->Put("one of few inputs " + std::to_string(round % 2));
+      const auto submitted = store->Submit(job, kManyJobs, absl::Now());
+      if (!submitted.ok()) {
+        EXPECT_EQ(ReasonOf(submitted.status()), "BLOB_MISSING");
+        continue;
+      }
+      EXPECT_TRUE(blobs->Contains(job.job.input().sha256()));
+      ASSERT_TRUE(store->RequestCancel(job.id, Outcome(Job::CANCELLED), absl::Now()).ok());
+      EXPECT_TRUE(blobs->Contains(job.job.input().sha256()));
+      ASSERT_TRUE(store->Delete(job.id).ok());
+    }
+  };
+  std::jthread first_collector(collect, "node1");
+  std::jthread second_collector(collect, "node2");
+  {
+    std::jthread first_submitter(submit, "node3");
+    std::jthread second_submitter(submit, "node4");
+  }
+  done = true;
 }
 
 TEST_F(PostgresJobStoreTest, SubscribersHearOfChangesMadeByOthers) {

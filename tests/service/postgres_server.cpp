@@ -1,11 +1,8 @@
 #include "postgres_server.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <pwd.h>
 #include <signal.h>
 #include <sys/prctl.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +13,7 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "test_addresses.h"
 
 namespace amhex::server {
 namespace {
@@ -49,18 +47,6 @@ bool Run(const std::vector<std::string>& command, const std::string& log) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-int FreePort() {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  bind(fd, reinterpret_cast<sockaddr*>(&address), size);
-  getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
-  close(fd);
-  return ntohs(address.sin_port);
-}
-
 [[noreturn]] void GiveUp(const std::string& what, const std::string& log) {
   std::cerr << "PostgreSQL: " << what << "\n" << std::ifstream(log).rdbuf() << std::endl;
   std::abort();
@@ -68,20 +54,21 @@ int FreePort() {
 
 }  // namespace
 
-PostgresServer::PostgresServer() : port_(FreePort()) {
+PostgresServer::PostgresServer() : host_(OwnAddress()), port_(NextPort()) {
   std::filesystem::permissions(folder_ / "", std::filesystem::perms::all);
   if (!Run({std::string(kPrograms) + "/initdb", "-D", folder_ / "data", "-A", "trust", "-U",
             kAccount, "--no-sync", "-E", "UTF8", "--locale=C"},
            folder_ / "log")) {
     GiveUp("initdb failed", folder_ / "log");
   }
+  std::ofstream(folder_ / "data/pg_hba.conf", std::ios::app) << "host all all all trust\n";
   Start();
 }
 
 PostgresServer::~PostgresServer() { Kill(); }
 
 void PostgresServer::Start() {
-  pid_ = Spawn({std::string(kPrograms) + "/postgres", "-D", folder_ / "data", "-h", "*", "-p",
+  pid_ = Spawn({std::string(kPrograms) + "/postgres", "-D", folder_ / "data", "-h", host_, "-p",
                 std::to_string(port_), "-k", "", "-c", "max_connections=200"},
                folder_ / "log");
   if (!Eventually([this] { return Answers(); }, absl::Seconds(60))) {
@@ -90,9 +77,9 @@ void PostgresServer::Start() {
 }
 
 bool PostgresServer::Answers() const {
-  return Run({std::string(kPrograms) + "/pg_isready", "-q", "-h", "127.0.0.1", "-p",
-              std::to_string(port_)},
-             "/dev/null");
+  return Run(
+      {std::string(kPrograms) + "/pg_isready", "-q", "-h", host_, "-p", std::to_string(port_)},
+      "/dev/null");
 }
 
 void PostgresServer::Kill() {
@@ -107,13 +94,19 @@ void PostgresServer::Kill() {
 void PostgresServer::Pause() { kill(pid_, SIGSTOP); }
 void PostgresServer::Resume() { kill(pid_, SIGCONT); }
 
+bool PostgresServer::RunProgram(const std::string& program, const std::string& url,
+                                const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = {std::string(kPrograms) + "/" + program, "-d", url};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return Run(command, folder_ / "log");
+}
+
 std::string PostgresServer::MakeDatabase() {
   // A schema of its own is as good as a database, and is made in no time.
   const std::string name = "test" + std::to_string(++database_count_);
-  const std::string url =
-      "postgres://" + std::string(kAccount) + "@127.0.0.1:" + std::to_string(port_) + "/postgres";
-  if (!Run({std::string(kPrograms) + "/psql", "-q", url, "-c", "CREATE SCHEMA " + name},
-           folder_ / "log")) {
+  const std::string url = "postgres://" + std::string(kAccount) + "@" + host_ + ":" +
+                          std::to_string(port_) + "/postgres";
+  if (!RunProgram("psql", url, {"-q", "-c", "CREATE SCHEMA " + name})) {
     GiveUp("cannot make a schema", folder_ / "log");
   }
   return url + "?options=-csearch_path%3D" + name;

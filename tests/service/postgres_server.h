@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <string>
+#include <vector>
 
 #include "service_fixtures.h"
 
@@ -23,13 +24,18 @@ class PostgresServer {
 
   // A fresh, empty database, as postgres://...
   std::string MakeDatabase();
+  const std::string& host() const { return host_; }
   int port() const { return port_; }
+  // Runs pg_dump, psql or another of its programs on a database; false if it fails.
+  bool RunProgram(const std::string& program, const std::string& url,
+                  const std::vector<std::string>& arguments);
 
  private:
   bool Answers() const;
 
   TemporaryFolder folder_;
-  int port_ = 0;
+  const std::string host_;
+  const int port_;
   pid_t pid_ = 0;
   int database_count_ = 0;
 };

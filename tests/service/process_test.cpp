@@ -154,6 +154,17 @@ TEST_F(ProcessTest, CheckConfigPrintsWhatIsInForceAndHidesPasswords) {
   EXPECT_EQ(text.find("secret"), std::string::npos) << text;
 }
 
+TEST_F(ProcessTest, StoreIsReadFromAFileAndNotShown) {
+  const std::string file = folder() / "store";
+  ASSERT_TRUE(WriteFileAtomically(file, "postgres://me:secret@db/jobs\n").ok());
+  const auto [text, code] = CheckConfig("--node-name 'no name' --store-file " + file);
+  EXPECT_EQ(code, 2);  // only nodes of a cluster must have proper names
+  EXPECT_NE(text.find("--node-name"), std::string::npos) << text;
+  EXPECT_EQ(CheckConfig("--node-name name --store-file " + file).second, 0);
+  EXPECT_EQ(text.find("secret"), std::string::npos) << text;
+  EXPECT_EQ(CheckConfig("--store-file " + (folder() / "absent")).second, 2);
+}
+
 TEST_F(ProcessTest, CheckConfigNamesWhatIsWrong) {
   ASSERT_TRUE(WriteFileAtomically(folder() / "tokens", "nonsense").ok());
   const auto [text, code] = CheckConfig("--tokens " + (folder() / "tokens"));

@@ -5,6 +5,7 @@
 //   progress N        reports iteration N of the relaxation
 //   stage             reports that the relaxation is done
 //   sleep MS          waits; a stop order ends the job as cancelled
+//   await PATH        waits until the file PATH exists, like sleep
 //   deaf MS           waits and ignores stop orders
 //   abort | kill      dies by SIGABRT or SIGKILL
 //   once PATH         goes on only if the file PATH exists; else makes it and dies by SIGKILL
@@ -76,6 +77,7 @@ class ScriptedWorker {
     if (verb == "progress") Progress(amhex::v1::STAGE_RELAX, std::stoi(argument));
     if (verb == "stage") Stage();
     if (verb == "sleep") Sleep(std::stoi(argument));
+    while (verb == "await" && !finished_ && access(argument.c_str(), F_OK) != 0) Sleep(20);
     if (verb == "deaf") std::this_thread::sleep_for(std::chrono::milliseconds(std::stoi(argument)));
     if (verb == "abort") raise(SIGABRT);
     if (verb == "kill") raise(SIGKILL);

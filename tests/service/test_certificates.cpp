@@ -5,6 +5,8 @@
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
 
+#include <atomic>
+
 namespace amhex::server {
 namespace {
 
@@ -49,7 +51,9 @@ X509* NewCertificate(EVP_PKEY* key, const std::string& common_name, int64_t seri
 }  // namespace
 
 TestAuthority::TestAuthority() : key_(EVP_EC_gen("P-256")) {
-  own_ = NewCertificate(key_, "test authority", 1);
+  // Where several are trusted, they are told apart by their names.
+  static std::atomic<int> count{0};
+  own_ = NewCertificate(key_, "test authority " + std::to_string(++count), 1);
   X509_set_issuer_name(own_, X509_get_subject_name(own_));
   AddExtension(own_, own_, NID_basic_constraints, "critical,CA:TRUE");
   X509_sign(own_, key_, EVP_sha256());
@@ -61,11 +65,11 @@ TestAuthority::~TestAuthority() {
   EVP_PKEY_free(key_);
 }
 
-PemPair TestAuthority::Sign(const std::string& common_name) {
+PemPair TestAuthority::Sign(const std::string& common_name, const std::string& address) {
   EVP_PKEY* key = EVP_EC_gen("P-256");
   X509* certificate = NewCertificate(key, common_name, next_serial_++);
   X509_set_issuer_name(certificate, X509_get_subject_name(own_));
-  AddExtension(certificate, own_, NID_subject_alt_name, "DNS:localhost,IP:127.0.0.1");
+  AddExtension(certificate, own_, NID_subject_alt_name, ("DNS:localhost,IP:" + address).c_str());
   X509_sign(certificate, key_, EVP_sha256());
   PemPair pair;
   pair.certificate = CertificatePem(certificate);

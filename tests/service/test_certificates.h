@@ -20,8 +20,8 @@ class TestAuthority {
   ~TestAuthority();
 
   const std::string& certificate() const { return certificate_; }
-  // A certificate for the common name, and for localhost and 127.0.0.1.
-  PemPair Sign(const std::string& common_name);
+  // A certificate for the common name, and for localhost and the address.
+  PemPair Sign(const std::string& common_name, const std::string& address = "127.0.0.1");
 
  private:
   evp_pkey_st* key_;
