@@ -5,6 +5,8 @@
 #   tests/run.sh --filter REGEX      only the tests whose names match
 #   tests/run.sh --sanitize          with the address and undefined-behaviour sanitizers
 #   tests/run.sh --sanitize=thread   with the thread sanitizer
+#   tests/run.sh --races             queue, watching and supervision of workers alone, under the thread sanitizer
+#   tests/run.sh --fuzz SECONDS      besides the tests, fuzzes each target for so long (tests/fuzz/run.sh)
 #   tests/run.sh --images            the container image, really built and run (deploy/test-images.sh)
 #   tests/run.sh --tidy              clang-tidy over every source file, no tests
 #   tests/run.sh --all-packages      installs, too, what the tests with other people's software need (300 MB)
@@ -16,18 +18,22 @@ cd "$(dirname "$(readlink -f "$0")")/.."
 
 preset=release
 filter=
+fuzz_seconds=
+races=false
 tidy=false
 all_packages=false
 while [[ $# -gt 0 ]]; do
   case "$1" in
     --sanitize|--sanitize=address) preset=asan ;;
     --sanitize=thread) preset=tsan ;;
+    --races) preset=tsan; races=true ;;
+    --fuzz) fuzz_seconds="${2:?--fuzz needs seconds}"; shift ;;
     --tidy) tidy=true ;;
     --images) exec deploy/test-images.sh ;;
     --all-packages) all_packages=true ;;
     --filter) filter="${2:?--filter needs a regular expression}"; shift ;;
     --filter=*) filter="${1#--filter=}" ;;
-    -h|--help) sed -n '2,12s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,14s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "tests/run.sh: unknown option $1; see --help" >&2; exit 2 ;;
   esac
   shift
@@ -48,6 +54,7 @@ step="installing packages"
 say "Packages"
 sections=(build test format)
 if $tidy; then sections+=(tidy); fi
+if [[ -n $fuzz_seconds ]]; then sections+=(fuzz); fi
 if $all_packages; then sections+=(readers python solvers browser); fi
 deploy/install-packages.sh "${sections[@]}"
 
@@ -74,6 +81,15 @@ step="configuring"
 say "Configure ($preset)"
 cmake --preset "$preset" "${configure[@]}"
 
+if $races; then
+  step="looking for races"
+  say "Build and run the tests of queue, watching and supervision with $jobs jobs"
+  cmake --build --preset "$preset" -j "$jobs" --target queue_tests
+  "build/$preset/tests/service/queue_tests" --gtest_brief=1
+  printf '\ntests/run.sh: PASSED (no races, %d s)\n' "$((SECONDS - started))"
+  exit 0
+fi
+
 step="building"
 say "Build with $jobs jobs"
 cmake --build --preset "$preset" -j "$jobs"
@@ -84,6 +100,12 @@ select=()
 if [[ -n $filter ]]; then select=(-R "$filter"); fi
 results="build/$preset/test_results.txt"
 ctest --preset "$preset" -j "$jobs" "${select[@]}" | tee "$results"
+
+if [[ -n $fuzz_seconds ]]; then
+  step="fuzzing"
+  say "Fuzz each target for $fuzz_seconds s"
+  tests/fuzz/run.sh "$fuzz_seconds"
+fi
 
 summary=$(grep -E '^[0-9]+% tests passed' "$results" || true)
 printf '\ntests/run.sh: PASSED (%s, %d s)\n' "$summary" "$((SECONDS - started))"

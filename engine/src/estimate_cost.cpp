@@ -100,4 +100,11 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   return estimate;
 }
 
+int64_t PredictMemoryBytes(const MeshingParams& params, int64_t input_element_count) {
+  const SizingParams& sizing = params.sizing;
+  if (sizing.cell_count <= 0 && sizing.edge_length > 0) return 0;
+  const int64_t cells = sizing.cell_count > 0 ? sizing.cell_count : kMaxDefaultCellCount;
+  return ExpectedMemoryBytes(cells, input_element_count);
+}
+
 }  // namespace amhex

@@ -3,11 +3,9 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <memory>
-
 #include "amhex/v1/blob_service.pb.h"
+#include "blob_transfer.h"
 #include "blocking_executor.h"
-#include "job_manager.h"
 
 namespace amhex::server {
 
@@ -22,17 +20,13 @@ class WriteBlobReactor final : public grpc::ServerReadReactor<amhex::v1::WriteBl
  private:
   // True while more chunks are wanted.
   absl::StatusOr<bool> Take();
-  // True if the blob is there already.
-  absl::StatusOr<bool> Start();
   void Answer(const absl::Status& status);
 
   const absl::StatusOr<Caller> caller_;
   amhex::v1::WriteBlobResponse* const response_;
-  JobManager* const manager_;
   BlockingExecutor* const executor_;
+  BlobReceiver receiver_;
   amhex::v1::WriteBlobRequest chunk_;
-  amhex::v1::BlobRef blob_;
-  std::unique_ptr<BlobUpload> upload_;
 };
 
 // Reads a chunk from disk on the executor, writes it, reads the next.
@@ -44,19 +38,10 @@ class ReadBlobReactor final : public grpc::ServerWriteReactor<amhex::v1::ReadBlo
   void OnDone() override { delete this; }
 
  private:
-  absl::Status Open(const absl::StatusOr<Caller>& caller,
-                    const amhex::v1::ReadBlobRequest& request);
-  absl::Status ReadChunk();
   void SendNext();
 
-  JobManager* const manager_;
+  BlobSender sender_;
   BlockingExecutor* const executor_;
-  UniqueFd file_;
-  int64_t position_ = 0;
-  int64_t end_ = 0;
-  int64_t chunk_bytes_ = 0;
-  bool is_first_ = true;
-  int64_t blob_size_ = 0;
   amhex::v1::ReadBlobResponse response_;
 };
 

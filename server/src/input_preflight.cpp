@@ -1,5 +1,6 @@
 #include "input_preflight.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <string>
@@ -127,13 +128,17 @@ absl::StatusOr<HullArraysHeader> PreflightHullArrays(const InputBytes& input,
   return header;
 }
 
-absl::Status PreflightInput(amhex::v1::InputEncoding encoding, const InputBytes& input,
-                            const Limits& limits) {
+absl::StatusOr<int64_t> PreflightInput(amhex::v1::InputEncoding encoding, const InputBytes& input,
+                                       const Limits& limits) {
   if (encoding == amhex::v1::INPUT_ENCODING_ARRAYS) {
-    return PreflightHullArrays(input, limits).status();
+    const auto arrays = PreflightHullArrays(input, limits);
+    if (!arrays.ok()) return arrays.status();
+    return std::max({arrays->point_count, arrays->triangle_count, arrays->cell_count});
   }
-  const absl::Status status = PreflightDraco(input, limits).status();
-  return absl::IsOutOfRange(status) ? absl::OkStatus() : status;
+  const auto draco = PreflightDraco(input, limits);
+  if (absl::IsOutOfRange(draco.status())) return 0;
+  if (!draco.ok()) return draco.status();
+  return std::max(draco->point_count, draco->triangle_count);
 }
 
 }  // namespace amhex::server

@@ -31,8 +31,9 @@ struct HullArraysHeader {
 // INVALID_ARGUMENT with reason INPUT_MALFORMED, INPUT_EMPTY or INPUT_TOO_LARGE.
 absl::StatusOr<HullArraysHeader> PreflightHullArrays(const InputBytes& input, const Limits& limits);
 
-// OK also when only the beginning is at hand and does not tell; the worker checks the whole file.
-absl::Status PreflightInput(amhex::v1::InputEncoding encoding, const InputBytes& input,
-                            const Limits& limits);
+// The triangles, points or cells that the header announces; 0 when only the beginning is at hand
+// and does not tell. The worker checks the whole file.
+absl::StatusOr<int64_t> PreflightInput(amhex::v1::InputEncoding encoding, const InputBytes& input,
+                                       const Limits& limits);
 
 }  // namespace amhex::server

@@ -136,7 +136,6 @@ NewJob JobManager::MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRe
                               const amhex::v1::BlobRef& input, const Admission& admission) {
   NewJob fresh;
   fresh.tenant = caller.tenant;
-  fresh.memory_bytes = admission.memory_bytes;
   fresh.id = MakeUuid(absl::Now());
   fresh.request_id = request.request_id();
   fresh.request_hash = RequestHash(request, input);
@@ -170,9 +169,10 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
   {
     std::lock_guard<std::mutex> lock(admission_mutex_);
     const auto submit = [&]() -> absl::StatusOr<SubmittedJob> {
-      AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, AdmitInput(caller, request));
-      return store_->Submit(MakeNewJob(caller, request, input, admission),
-                            options_.limits.max_queued_job_count, absl::Now());
+      AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, AdmitInput(caller, request));
+      NewJob fresh = MakeNewJob(caller, request, input.blob, admission);
+      AMHEX_ASSIGN_OR_RETURN(fresh.memory_bytes, AdmitMemory(request.params(), input));
+      return store_->Submit(fresh, options_.limits.max_queued_job_count, absl::Now());
     };
     auto stored = submit();
     // Equal bytes that nothing used were there, and another node has just collected them.

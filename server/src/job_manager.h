@@ -54,8 +54,13 @@ class Attempt {
 
 // What is known of a job before it is queued, besides its request.
 struct Admission {
-  int64_t memory_bytes = 0;  // expected peak of the worker; 0: not known
   std::string trace_parent;  // W3C; empty: none
+};
+
+// An input that has passed the checks of its header.
+struct AdmittedInput {
+  amhex::v1::BlobRef blob;
+  int64_t element_count = 0;  // triangles, points or cells; 0: the header's beginning does not tell
 };
 
 // Thread-safe. The methods that touch the store block for its disk.
@@ -71,6 +76,10 @@ class JobManager {
     // Build of the engine, part of the key under which results are shared; empty: none are.
     std::string engine_build;
     absl::Duration lease = absl::Seconds(30);
+    // What a job will need, from its parameters and the input's element count; 0 where these do not
+    // tell, then unknown_memory_bytes are set aside. Null: memory is not counted.
+    std::function<int64_t(const amhex::v1::MeshingParams&, int64_t)> predict_memory;
+    int64_t unknown_memory_bytes = 0;
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
     // Unused blobs and resting uploads are removed after these.
@@ -94,8 +103,8 @@ class JobManager {
                                         const amhex::v1::SubmitJobRequest& request,
                                         const Admission& admission = {});
   // Where an input's bytes are, for validate_only: checks and stores it like Submit.
-  absl::StatusOr<amhex::v1::BlobRef> AdmitInput(const Caller& caller,
-                                                const amhex::v1::SubmitJobRequest& request);
+  absl::StatusOr<AdmittedInput> AdmitInput(const Caller& caller,
+                                           const amhex::v1::SubmitJobRequest& request);
   absl::StatusOr<amhex::v1::Job> Get(const Caller& caller, const std::string& id);
   absl::StatusOr<JobPage> List(const Caller& caller, JobQuery query);
   absl::StatusOr<amhex::v1::Job> Cancel(const Caller& caller, const std::string& id);
@@ -120,6 +129,8 @@ class JobManager {
   absl::StatusOr<bool> HasBlob(const Caller& caller, const amhex::v1::BlobRef& blob);
   // For workers of this machine.
   std::string PathOfBlob(const std::string& sha256) const { return blobs_->PathOf(sha256); }
+  // A path for a worker's unfinished business; removed at the next start at the latest.
+  std::string ScratchPath(const std::string& name) const { return blobs_->NewWorkPath(name, 0); }
 
   Metrics& metrics() { return *metrics_; }
   const Options& options() const { return options_; }
@@ -159,6 +170,13 @@ class JobManager {
   absl::Status CheckDraining() const;
   NewJob MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
                     const amhex::v1::BlobRef& input, const Admission& admission);
+  // Bytes to set aside for a job; RESOURCE_EXHAUSTED OUT_OF_MEMORY when it can never run here.
+  absl::StatusOr<int64_t> AdmitMemory(const amhex::v1::MeshingParams& params,
+                                      const AdmittedInput& input) const;
+  int64_t MostMemoryOfOneJob() const;
+  // Of the budget of the running jobs.
+  int64_t FreeMemory();
+  std::shared_ptr<Attempt> ClaimNext(const std::string& worker);
   std::shared_ptr<JobFeed> FeedFor(const std::string& id, const amhex::v1::Job& job);
   std::shared_ptr<JobFeed> FindFeed(const std::string& id);
   void Finish(Attempt& attempt, const FinalOutcome& outcome);
@@ -199,6 +217,9 @@ class JobManager {
   // Held from the check that a blob exists until the job that needs it is stored, and while
   // unused blobs are collected.
   std::mutex admission_mutex_;
+
+  // Held while memory is set aside: from the look at what is free to the entry in attempts_.
+  std::mutex claim_mutex_;
 
   std::mutex mutex_;
   std::condition_variable slots_wake_;

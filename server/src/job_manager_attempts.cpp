@@ -1,6 +1,7 @@
 // The side of JobManager that worker slots see, and its housekeeping.
 #include <algorithm>
 #include <cerrno>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -48,39 +49,53 @@ std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
     std::lock_guard<std::mutex> lock(mutex_);
     seen = wake_count_;
   }
-  auto claimed = draining_ ? std::optional<ClaimedJob>() : [&] {
-    Claimant claimant;
-    claimant.node = options_.node;
-    claimant.worker = worker;
-    claimant.lease = options_.lease;
-    auto result = store_->Claim(claimant, absl::Now());
-    if (result.ok()) return *std::move(result);
-    LogError("claim_failed", {{"message", std::string(result.status().message())}});
-    return std::optional<ClaimedJob>();
-  }();
-  if (!claimed) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    slots_wake_.wait_for(lock, absl::ToChronoMilliseconds(patience),
-                         [&] { return wake_count_ != seen || stopping_ || draining_; });
-    return nullptr;
+  if (auto attempt = draining_ ? nullptr : ClaimNext(worker)) return attempt;
+  std::unique_lock<std::mutex> lock(mutex_);
+  slots_wake_.wait_for(lock, absl::ToChronoMilliseconds(patience),
+                       [&] { return wake_count_ != seen || stopping_ || draining_; });
+  return nullptr;
+}
+
+int64_t JobManager::FreeMemory() {
+  const int64_t budget = options_.limits.max_running_memory_bytes;
+  if (budget <= 0) return std::numeric_limits<int64_t>::max();
+  std::lock_guard<std::mutex> lock(mutex_);
+  int64_t taken = 0;
+  for (const auto& entry : attempts_) taken += entry.second->job().expected_memory_bytes();
+  return std::max<int64_t>(budget - taken, 0);
+}
+
+std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
+  std::unique_lock<std::mutex> claim_lock(claim_mutex_);
+  Claimant claimant;
+  claimant.node = options_.node;
+  claimant.worker = worker;
+  claimant.lease = options_.lease;
+  claimant.total_memory_bytes = MostMemoryOfOneJob();
+  claimant.free_memory_bytes = std::min(FreeMemory(), claimant.total_memory_bytes);
+  const auto claimed = store_->Claim(claimant, absl::Now());
+  if (!claimed.ok()) {
+    LogError("claim_failed", {{"message", std::string(claimed.status().message())}});
   }
-  const Job& job = claimed->job;
+  if (!claimed.ok() || !claimed->has_value()) return nullptr;
+  const ClaimedJob& next = **claimed;
+  const Job& job = next.job;
   LogInfo("job_started", {{"job", job.name()},
                           {"attempt", int64_t{job.attempt_count()}},
-                          {"epoch", claimed->epoch},
+                          {"epoch", next.epoch},
                           {"worker", worker}});
   if (job.attempt_count() == 1) {
     metrics_->queue_wait_seconds.Observe(
         absl::ToDoubleSeconds(FromProto(job.start_time()) - FromProto(job.create_time())));
   }
-  const auto feed = FeedFor(claimed->id, job);
-  auto attempt =
-      std::make_shared<Attempt>(*claimed, feed, blobs_->NewWorkPath(claimed->id, claimed->epoch));
+  const auto feed = FeedFor(next.id, job);
+  auto attempt = std::make_shared<Attempt>(next, feed, blobs_->NewWorkPath(next.id, next.epoch));
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    attempts_[claimed->id] = attempt;
+    attempts_[next.id] = attempt;
   }
-  if (options_.relay) options_.relay->Unfollow(claimed->id);
+  claim_lock.unlock();
+  if (options_.relay) options_.relay->Unfollow(next.id);
   // A cancel that came between the claim and the entry above left only its mark in the store.
   if (KeepLease(*attempt)) feed->PublishRequeued(job);
   return attempt;
@@ -123,9 +138,13 @@ bool JobManager::KeepLease(Attempt& attempt) {
 
 void JobManager::Forget(const Attempt& attempt) {
   unlink(attempt.work_path().c_str());
-  std::lock_guard<std::mutex> lock(mutex_);
-  const auto running = attempts_.find(attempt.id());
-  if (running != attempts_.end() && running->second.get() == &attempt) attempts_.erase(running);
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto running = attempts_.find(attempt.id());
+    if (running != attempts_.end() && running->second.get() == &attempt) attempts_.erase(running);
+  }
+  // A job may have waited for this one's memory.
+  if (options_.limits.max_running_memory_bytes > 0) WakeSlots();
 }
 
 void JobManager::Finish(Attempt& attempt, const FinalOutcome& outcome) {

@@ -1,5 +1,6 @@
 // The side of JobManager that moves blobs: what is a caller's, and admission of inputs.
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "errors.h"
@@ -83,8 +84,8 @@ absl::StatusOr<amhex::v1::BlobRef> JobManager::CheckBlob(const Caller& caller,
   return whole;
 }
 
-absl::StatusOr<amhex::v1::BlobRef> JobManager::AdmitInput(
-    const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
+absl::StatusOr<AdmittedInput> JobManager::AdmitInput(const Caller& caller,
+                                                     const amhex::v1::SubmitJobRequest& request) {
   amhex::v1::BlobRef input;
   std::string head;
   if (request.has_input_blob()) {
@@ -97,17 +98,41 @@ absl::StatusOr<amhex::v1::BlobRef> JobManager::AdmitInput(
     input.set_size_bytes(static_cast<int64_t>(request.inline_input().size()));
   }
   const std::string& bytes = request.has_input_blob() ? head : request.inline_input();
-  const absl::Status verdict = PreflightInput(
+  const absl::StatusOr<int64_t> elements = PreflightInput(
       request.input_encoding(),
       {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), input.size_bytes()},
       options_.limits);
-  if (!verdict.ok()) {
-    metrics_->DecodeRejected(ReasonOf(verdict)).Increment();
-    return verdict;
+  if (!elements.ok()) {
+    metrics_->DecodeRejected(ReasonOf(elements.status())).Increment();
+    return elements.status();
   }
-  if (request.has_input_blob()) return input;
+  if (request.has_input_blob()) return AdmittedInput{input, *elements};
   AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, input.size_bytes()));
-  return blobs_->Put(request.inline_input());
+  AMHEX_ASSIGN_OR_RETURN(input, blobs_->Put(request.inline_input()));
+  return AdmittedInput{input, *elements};
+}
+
+absl::StatusOr<int64_t> JobManager::AdmitMemory(const amhex::v1::MeshingParams& params,
+                                                const AdmittedInput& input) const {
+  if (!options_.predict_memory) return 0;
+  const int64_t predicted = options_.predict_memory(params, input.element_count);
+  if (predicted <= 0) return options_.unknown_memory_bytes;
+  const int64_t limit = MostMemoryOfOneJob();
+  if (predicted <= limit) return predicted;
+  return MakeError(
+      absl::StatusCode::kResourceExhausted, amhex::v1::OUT_OF_MEMORY,
+      "the job is expected to need " + std::to_string(predicted) + " bytes; a job may take " +
+          std::to_string(limit),
+      {{"expected_bytes", std::to_string(predicted)}, {"limit_bytes", std::to_string(limit)}});
+}
+
+int64_t JobManager::MostMemoryOfOneJob() const {
+  int64_t most = std::numeric_limits<int64_t>::max();
+  for (const int64_t bound :
+       {options_.limits.max_worker_memory_bytes, options_.limits.max_running_memory_bytes}) {
+    if (bound > 0) most = std::min(most, bound);
+  }
+  return most;
 }
 
 }  // namespace amhex::server

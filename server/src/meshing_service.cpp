@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "grpc_status.h"
+#include "mesh_reactor.h"
 #include "request_checks.h"
 #include "status_macros.h"
 #include "version.h"
@@ -44,10 +45,10 @@ grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* co
 
 absl::StatusOr<amhex::v1::CostEstimate> MeshingService::Estimate(
     const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
-  AMHEX_ASSIGN_OR_RETURN(const amhex::v1::BlobRef input, manager_->AdmitInput(caller, request));
+  AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, manager_->AdmitInput(caller, request));
   const Limits& limits = manager_->options().limits;
   amhex::worker::RunJob order;
-  order.set_input_path(manager_->PathOfBlob(input.sha256()));
+  order.set_input_path(manager_->PathOfBlob(input.blob.sha256()));
   order.set_input_encoding(request.input_encoding());
   order.mutable_input_limits()->set_max_point_count(limits.max_point_count);
   order.mutable_input_limits()->set_max_triangle_count(limits.max_triangle_count);
@@ -135,6 +136,19 @@ grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext*
                 });
 }
 
+grpc::ServerBidiReactor<amhex::v1::MeshRequest, amhex::v1::MeshResponse>* MeshingService::Mesh(
+    grpc::CallbackServerContext* context) {
+  auto caller = authenticator_->Identify(*context, {Role::kSubmit});
+  if (caller.ok()) caller = authenticator_->Identify(*context, {Role::kRead, Role::kReadAll});
+  const auto submit = [this, context](const Caller& submitter,
+                                      const amhex::v1::SubmitJobRequest& request) {
+    Admission admission;
+    admission.trace_parent = TraceParentOf(*context);
+    return manager_->Submit(submitter, request, admission);
+  };
+  return new MeshReactor(std::move(caller), {manager_, executor_, submit});
+}
+
 grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerContext* context,
                                                           const amhex::v1::GetCapabilitiesRequest*,
                                                           amhex::v1::Capabilities* response) {
@@ -150,6 +164,7 @@ grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerCo
                   response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
                   response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
                   response->set_worker_count(pool_->ready_count());
+                  response->set_quarantined_worker_count(pool_->quarantined_count());
                   response->set_draining(manager_->draining());
                   return absl::OkStatus();
                 });

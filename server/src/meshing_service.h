@@ -46,6 +46,8 @@ class MeshingService final : public amhex::v1::Mesher::CallbackService {
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const amhex::v1::DeleteJobRequest* request,
                                       google::protobuf::Empty* response) override;
+  grpc::ServerBidiReactor<amhex::v1::MeshRequest, amhex::v1::MeshResponse>* Mesh(
+      grpc::CallbackServerContext* context) override;
   grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
                                             const amhex::v1::GetCapabilitiesRequest* request,
                                             amhex::v1::Capabilities* response) override;

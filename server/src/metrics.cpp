@@ -55,6 +55,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
       blob_store_bytes(
           OneGauge(*registry, "amhex_blob_store_bytes", "Bytes of all complete blobs.")),
       workers_ready(OneGauge(*registry, "amhex_workers_ready", "Workers that can take jobs.")),
+      workers_quarantined(OneGauge(*registry, "amhex_workers_quarantined",
+                                   "Workers that keep failing the trial job.")),
       store_up(
           OneGauge(*registry, "amhex_store_up", "1 while the store of the queue answers, else 0.")),
       queue_wait_seconds(OneHistogram(*registry, "amhex_queue_wait_seconds",

@@ -36,6 +36,7 @@ class Metrics {
   prometheus::Gauge& watchers;
   prometheus::Gauge& blob_store_bytes;
   prometheus::Gauge& workers_ready;
+  prometheus::Gauge& workers_quarantined;
   prometheus::Gauge& store_up;
 
   // Histograms.

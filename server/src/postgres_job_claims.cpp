@@ -99,11 +99,11 @@ absl::StatusOr<std::optional<ClaimedJob>> PostgresJobStore::ClaimOn(PostgresConn
 
 absl::StatusOr<std::optional<ClaimedJob>> PostgresJobStore::FindClaim(PostgresConnection& db,
                                                                       const Claimant& claimant) {
-  AMHEX_ASSIGN_OR_RETURN(auto rows,
-                         db.Run(std::string(kSelectPostgresJob) +
-                                    "WHERE id IN (SELECT job_id FROM lease WHERE node = $1"
-                                    " AND worker = $2) AND state = 2 LIMIT 1",
-                                PostgresValues().Text(claimant.node).Text(claimant.worker)));
+  AMHEX_ASSIGN_OR_RETURN(
+      auto rows,
+      db.Run(std::string(kSelectJob) + "WHERE id IN (SELECT job_id FROM lease WHERE node = $1"
+                                       " AND worker = $2) AND state = 2 LIMIT 1",
+             PostgresValues().Text(claimant.node).Text(claimant.worker)));
   if (!rows.Next()) return std::optional<ClaimedJob>();
   PostgresJob found = ReadJob(rows);
   return std::optional<ClaimedJob>({found.id, found.epoch, std::move(found.job)});

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "job_columns.h"
 #include "job_store.h"
 #include "postgres.h"
 
@@ -82,12 +83,7 @@ inline constexpr int64_t kBlobLocks = 0x626c6f62;
 // The channel on which changed jobs are announced by their ids.
 inline constexpr char kJobChannel[] = "amhex_job";
 
-// Begins a statement whose rows ReadJob understands.
-inline constexpr char kSelectPostgresJob[] =
-    "SELECT number, id, tenant, state, spec, outcome, create_time, start_time, end_time,"
-    " expire_time, attempt, cancel_requested, lease_epoch, max_attempts, memory_bytes FROM job ";
-
-// One row of kSelectPostgresJob.
+// One row of kSelectJob.
 struct PostgresJob {
   int64_t number = 0;
   std::string id;

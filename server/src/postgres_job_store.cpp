@@ -143,7 +143,7 @@ absl::StatusOr<JobPage> PostgresJobStore::List(const JobQuery& query) {
     const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
       AMHEX_ASSIGN_OR_RETURN(
           auto rows,
-          db.Run(std::string(kSelectPostgresJob) +
+          db.Run(std::string(kSelectJob) +
                      "WHERE ($1::bigint = 0 OR number < $1) AND"
                      " ($2::smallint[] = '{}' OR state = ANY($2::smallint[]))" +
                      (query.tenant ? " AND tenant = $4" : "") + " ORDER BY number DESC LIMIT $3",

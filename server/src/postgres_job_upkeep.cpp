@@ -44,11 +44,11 @@ absl::StatusOr<ReapedLeases> PostgresJobStore::ReapExpiredLeases(absl::Time now)
     }
     // Attempts are compared here as well: a claim that was held up for longer than its lease may
     // have been committed since, and has ended already.
-    AMHEX_ASSIGN_OR_RETURN(auto spent,
-                           db.Run(std::string(kSelectPostgresJob) +
-                                      "JOIN lease ON job_id = id WHERE state = 2 AND until < $1"
-                                      " AND attempt >= max_attempts",
-                                  PostgresValues().Int(Micros(now))));
+    AMHEX_ASSIGN_OR_RETURN(
+        auto spent,
+        db.Run(std::string(kSelectJob) + "JOIN lease ON job_id = id WHERE state = 2 AND until < $1"
+                                         " AND attempt >= max_attempts",
+               PostgresValues().Int(Micros(now))));
     while (spent.Next()) {
       PostgresJob job = ReadJob(spent);
       reaped.exhausted.push_back({job.id, job.epoch, std::move(job.job)});

@@ -142,6 +142,21 @@ absl::Status CheckSubmit(const amhex::v1::SubmitJobRequest& request, const Limit
   return bad.ToStatus();
 }
 
+absl::Status CheckMeshBegin(const amhex::v1::MeshRequest& request, const Limits& limits) {
+  FieldViolations bad;
+  if (!request.has_submit()) bad.Add("submit", "is required in the first message");
+  if (!request.data().empty()) bad.Add("data", "must not come in the first message");
+  if (request.submit().validate_only()) {
+    bad.Add("submit.validate_only", "makes no job; ask SubmitJob");
+  }
+  // What is to come in this stream is complete once that many bytes are there.
+  if (request.submit().has_input_blob() && request.submit().input_blob().size_bytes() < 1) {
+    bad.Add("submit.input_blob.size_bytes", "must be at least 1");
+  }
+  if (const absl::Status status = bad.ToStatus(); !status.ok()) return status;
+  return CheckSubmit(request.submit(), limits);
+}
+
 absl::Status CheckWatch(const amhex::v1::WatchJobRequest& request) {
   FieldViolations bad;
   if (JobIdFromName(request.name()).empty()) bad.Add("name", "must be jobs/{uuid}");

@@ -12,6 +12,8 @@ namespace amhex::server {
 
 // Each gives OK, or INVALID_ARGUMENT BAD_REQUEST with one violation per bad field.
 absl::Status CheckSubmit(const amhex::v1::SubmitJobRequest& request, const Limits& limits);
+// The first message of Mesh.
+absl::Status CheckMeshBegin(const amhex::v1::MeshRequest& request, const Limits& limits);
 absl::Status CheckWatch(const amhex::v1::WatchJobRequest& request);
 absl::Status CheckFindMissing(const amhex::v1::FindMissingBlobsRequest& request);
 absl::Status CheckRead(const amhex::v1::ReadBlobRequest& request);

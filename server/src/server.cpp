@@ -6,6 +6,7 @@
 #include <prometheus/exposer.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "amhex/mesher.h"
 #include "authenticator.h"
 #include "blob_service.h"
+#include "convert.h"
 #include "grpc_job_relay.h"
 #include "job_manager.h"
 #include "logging.h"
@@ -119,6 +121,11 @@ absl::Status Server::Parts::OpenStores() {
   manager_options.limits = options.limits;
   if (options.share_results) manager_options.engine_build = EngineVersion();
   manager_options.lease = options.lease;
+  manager_options.predict_memory = [](const amhex::v1::MeshingParams& params, int64_t elements) {
+    return PredictMemoryBytes(ToEngine(params), elements);
+  };
+  manager_options.unknown_memory_bytes =
+      options.limits.max_running_memory_bytes / std::max(options.worker_count, 1);
   if (IsCluster(options)) {
     manager_options.node = options.node_name;
     manager_options.address = AdvertisedAddress(options);

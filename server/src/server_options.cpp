@@ -132,6 +132,12 @@ void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
                   "Memory of one worker; 0: no bound; -1: 80 % of the machine's, shared")
       ->envname("AMHEX_WORKER_MEMORY_BYTES")
       ->capture_default_str();
+  options->limits.max_running_memory_bytes = -1;
+  app->add_option("--running-memory-bytes", options->limits.max_running_memory_bytes,
+                  "Memory that the running jobs may be expected to take together; 0: no bound; -1: "
+                  "80 % of the machine's")
+      ->envname("AMHEX_RUNNING_MEMORY_BYTES")
+      ->capture_default_str();
 }
 
 void AddLimitFlags(CLI::App* app, Limits* limits) {
@@ -232,6 +238,9 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   if (options.worker.empty()) options.worker = DefaultWorker();
   if (options.limits.max_worker_memory_bytes < 0) {
     options.limits.max_worker_memory_bytes = DefaultWorkerMemory(options.worker_count);
+  }
+  if (options.limits.max_running_memory_bytes < 0) {
+    options.limits.max_running_memory_bytes = DefaultWorkerMemory(1);
   }
   if (const absl::Status status = Validate(options); !status.ok()) return status;
   return options;

@@ -25,8 +25,9 @@ struct Limits {
   int32_t max_watcher_count = 256;
   int32_t max_upload_count = 64;
   int32_t max_page_size = 1000;
-  int64_t max_worker_memory_bytes = 0;  // 0: no bound
-  int64_t max_blob_store_bytes = 0;     // 0: no bound
+  int64_t max_worker_memory_bytes = 0;   // 0: no bound
+  int64_t max_running_memory_bytes = 0;  // of all jobs that run, as predicted; 0: no bound
+  int64_t max_blob_store_bytes = 0;      // 0: no bound
   int32_t max_attempts = 3;
   absl::Duration max_run_duration = absl::Hours(4);
   absl::Duration max_retention_duration = absl::Hours(24 * 30);

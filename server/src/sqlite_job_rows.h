@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "job_columns.h"
 #include "job_record.h"
 #include "job_store.h"
 #include "sqlite.h"
@@ -87,31 +88,5 @@ DROP TABLE job_version_1;
 )sql";
 
 inline constexpr int kSchemaVersion = 2;
-
-// The columns that ReadJob needs, in the order of JobColumn.
-inline constexpr char kSelectJob[] =
-    "SELECT number, id, tenant, state, spec, outcome, create_time, start_time, end_time,"
-    " expire_time, attempt, cancel_requested, lease_epoch, max_attempts, memory_bytes FROM job ";
-
-enum JobColumn {
-  kNumber,
-  kId,
-  kTenant,
-  kState,
-  kSpec,
-  kOutcome,
-  kCreateTime,
-  kStartTime,
-  kEndTime,
-  kExpireTime,
-  kAttempt,
-  kCancelRequested,
-  kLeaseEpoch,
-  kMaxAttempts,
-  kMemoryBytes
-};
-
-// The job in the current row of a statement that begins with kSelectJob.
-amhex::v1::Job ReadJob(const SqliteStatement& row);
 
 }  // namespace amhex::server

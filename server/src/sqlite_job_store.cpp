@@ -165,7 +165,7 @@ absl::StatusOr<Job> SqliteJobStore::GetLocked(const std::string& id) {
   AMHEX_ASSIGN_OR_RETURN(auto select, database_->Prepare(std::string(kSelectJob) + "WHERE id = ?"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Text(id).Step());
   if (!has_row) return JobNotFound(id);
-  return ReadJob(select);
+  return ReadJobColumns(select);
 }
 
 absl::StatusOr<Job> SqliteJobStore::Get(const std::string& id) {
@@ -187,7 +187,7 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobQuery& query) {
   while (true) {
     AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
     if (!has_row) break;
-    Job job = ReadJob(select);
+    Job job = ReadJobColumns(select);
     if (!HasLabels(job, query.labels)) continue;
     if (static_cast<int>(page.jobs.size()) == query.page_size) {
       page.next_before_number = last_number;

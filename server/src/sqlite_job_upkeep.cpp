@@ -36,7 +36,8 @@ absl::StatusOr<ReapedLeases> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
     while (true) {
       AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
       if (!has_row) break;
-      expired.push_back({select.TextColumn(kId), select.IntColumn(kLeaseEpoch), ReadJob(select)});
+      expired.push_back(
+          {select.TextColumn(kId), select.IntColumn(kLeaseEpoch), ReadJobColumns(select)});
     }
   }
   ReapedLeases reaped;

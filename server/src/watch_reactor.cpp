@@ -7,34 +7,18 @@
 
 namespace amhex::server {
 
-class WatchReactor::Waker : public FeedListener {
- public:
-  explicit Waker(WatchReactor* reactor) : reactor_(reactor) {}
-
-  void Wake() override {
-    std::lock_guard<std::mutex> lock(mutex_);
-    if (reactor_ != nullptr) reactor_->Pump();
-  }
-
-  void Detach() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    reactor_ = nullptr;
-  }
-
- private:
-  std::mutex mutex_;
-  WatchReactor* reactor_;
-};
-
 WatchReactor::WatchReactor(absl::StatusOr<Caller> caller, const amhex::v1::WatchJobRequest& request,
                            JobManager* manager, BlockingExecutor* executor)
-    : manager_(manager), waker_(std::make_shared<Waker>(this)) {
+    : manager_(manager), waker_(std::make_shared<FeedWaker>([this] { Pump(); })) {
   // gRPC keeps the call open until Finish, so the reactor outlives this task.
   executor->Post([this, caller = std::move(caller), request] { Open(caller, request); });
 }
 
 void WatchReactor::Open(const absl::StatusOr<Caller>& caller,
                         const amhex::v1::WatchJobRequest& request) {
+  // From the moment there is a reader, a caller who leaves may end this object under our feet; the
+  // waker knows.
+  const std::shared_ptr<FeedWaker> waker = waker_;
   absl::Status status = caller.ok() ? CheckWatch(request) : caller.status();
   if (status.ok()) {
     auto reader = manager_->Watch(*caller, request, waker_);
@@ -45,7 +29,7 @@ void WatchReactor::Open(const absl::StatusOr<Caller>& caller,
     }
   }
   if (status.ok()) {
-    Pump();
+    waker->Wake();
   } else {
     End(status);
   }

@@ -8,6 +8,7 @@
 
 #include "amhex/v1/meshing_service.pb.h"
 #include "blocking_executor.h"
+#include "feed_waker.h"
 #include "job_manager.h"
 
 namespace amhex::server {
@@ -23,16 +24,13 @@ class WatchReactor final : public grpc::ServerWriteReactor<amhex::v1::WatchJobRe
   void OnDone() override;
 
  private:
-  // Outlives the reactor while a feed still knows it; forwards wake-ups until OnDone.
-  class Waker;
-
   void Open(const absl::StatusOr<Caller>& caller, const amhex::v1::WatchJobRequest& request);
   // Sends the next frame or the end, unless a write is under way.
   void Pump();
   void End(const absl::Status& status);
 
   JobManager* const manager_;
-  std::shared_ptr<Waker> waker_;
+  std::shared_ptr<FeedWaker> waker_;
   std::mutex mutex_;
   std::unique_ptr<FeedReader> reader_;
   amhex::v1::WatchJobResponse frame_;  // being written

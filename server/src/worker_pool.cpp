@@ -43,6 +43,11 @@ void WorkerPool::ChangeReadyCount(int change) {
   if (on_ready_change_) on_ready_change_(count);
 }
 
+void WorkerPool::ChangeQuarantinedCount(int change) {
+  const int count = quarantined_count_ += change;
+  manager_->metrics().workers_quarantined.Set(count);
+}
+
 amhex::worker::Hello WorkerPool::hello() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return hello_;

@@ -38,6 +38,8 @@ class WorkerPool {
     absl::Duration decode_patience = absl::Minutes(2);
     // Time for a worker to say hello.
     absl::Duration start_patience = absl::Seconds(60);
+    // Time for the trial job of a worker whose predecessors have died.
+    absl::Duration probe_patience = absl::Seconds(60);
   };
 
   WorkerPool(const Options& options, JobManager* manager);
@@ -55,6 +57,8 @@ class WorkerPool {
   absl::StatusOr<amhex::v1::CostEstimate> Estimate(amhex::worker::RunJob order);
 
   int ready_count() const { return ready_count_.load(); }
+  // Workers held back because they keep failing the trial job.
+  int quarantined_count() const { return quarantined_count_.load(); }
   // The hello of the latest worker that came up; empty before.
   amhex::worker::Hello hello() const;
   // The process ids of the workers that are up; for tests and logs.
@@ -68,11 +72,13 @@ class WorkerPool {
   const Options options_;
   JobManager* const manager_;
   void ChangeReadyCount(int change);
+  void ChangeQuarantinedCount(int change);
 
   std::function<void(int)> on_ready_change_;
   mutable std::mutex mutex_;
   amhex::worker::Hello hello_;
   std::atomic<int> ready_count_{0};
+  std::atomic<int> quarantined_count_{0};
   std::atomic<bool> stopping_{false};
   std::vector<std::unique_ptr<WorkerSlot>> slots_;
 };

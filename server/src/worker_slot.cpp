@@ -7,7 +7,10 @@
 
 #include "errors.h"
 #include "logging.h"
+#include "status_macros.h"
 #include "time_convert.h"
+#include "worker/worker_fd.h"
+#include "worker_probe.h"
 
 namespace amhex::server {
 namespace {
@@ -17,6 +20,10 @@ using amhex::worker::ToWorker;
 
 constexpr absl::Duration kIdleCheckInterval = absl::Seconds(1);
 constexpr absl::Duration kMaxRestartDelay = absl::Seconds(30);
+// One input dies three times at most before its job fails (Limits::max_attempts); a good worker
+// passes the trial in a fraction of a second.
+constexpr int kDeathsBeforeProbe = 3;
+constexpr int kFaultsBeforeQuarantine = 3;
 // Events in a run are looked for at least this often.
 constexpr absl::Duration kMinNewsWait = absl::Milliseconds(1);
 constexpr absl::Duration kMaxNewsWait = absl::Milliseconds(250);
@@ -69,28 +76,68 @@ void WorkerSlot::Loop() {
     }
   }
   LoseProcess("");
+  SetQuarantined(false);
+}
+
+bool WorkerSlot::WaitBeforeStart() {
+  if (failed_starts_ == 0) return !Stopping();
+  const int doublings = std::min(failed_starts_ - 1, 10);
+  const absl::Duration delay =
+      std::min(absl::Milliseconds(100) * (1 << doublings), kMaxRestartDelay);
+  std::unique_lock<std::mutex> lock(sleep_mutex_);
+  sleep_wake_.wait_for(lock, absl::ToChronoMilliseconds(delay), [this] { return Stopping(); });
+  return !Stopping();
+}
+
+// Deaths in jobs alone do not tell bad inputs from a bad device; a job known to be good does.
+bool WorkerSlot::NeedsProbe() const {
+  return device_lost_ || failed_starts_ >= kFaultsBeforeQuarantine ||
+         deaths_in_jobs_ >= kDeathsBeforeProbe;
+}
+
+absl::Status WorkerSlot::StartProcess() {
+  const WorkerPool::Options& options = pool_->options_;
+  AMHEX_ASSIGN_OR_RETURN(process_, WorkerProcess::Start(options.command, options.start_patience));
+  if (!NeedsProbe()) return absl::OkStatus();
+  const absl::Status verdict =
+      ProbeWorker(&process_->channel(), {manager_->ScratchPath(name_ + "-probe"),
+                                         manager_->ScratchPath(name_ + "-probe-result"),
+                                         options.probe_patience, [this] { return Stopping(); }});
+  if (!verdict.ok()) {
+    process_.reset();
+    return verdict;
+  }
+  failed_starts_ = 0;
+  deaths_in_jobs_ = 0;
+  device_lost_ = false;
+  LogInfo("worker_probed", {{"worker", name_}});
+  return absl::OkStatus();
+}
+
+void WorkerSlot::SetQuarantined(bool quarantined) {
+  if (quarantined == quarantined_) return;
+  quarantined_ = quarantined;
+  pool_->ChangeQuarantinedCount(quarantined ? 1 : -1);
+  if (quarantined) {
+    LogError("worker_quarantined", {{"worker", name_}, {"failures", int64_t{failed_starts_}}});
+  }
 }
 
 // True when a worker is up; waits a while after failures.
 bool WorkerSlot::EnsureProcess() {
   if (process_) return true;
-  if (failed_starts_ > 0) {
-    const int doublings = std::min(failed_starts_ - 1, 10);
-    const absl::Duration delay =
-        std::min(absl::Milliseconds(100) * (1 << doublings), kMaxRestartDelay);
-    std::unique_lock<std::mutex> lock(sleep_mutex_);
-    sleep_wake_.wait_for(lock, absl::ToChronoMilliseconds(delay), [this] { return Stopping(); });
-    if (Stopping()) return false;
-  }
-  auto started = WorkerProcess::Start(pool_->options_.command, pool_->options_.start_patience);
+  if (!WaitBeforeStart()) return false;
+  const absl::Status started = StartProcess();
   if (!started.ok()) {
+    if (Stopping()) return false;
     ++failed_starts_;
     LogError("worker_start_failed", {{"worker", name_},
                                      {"failures", int64_t{failed_starts_}},
-                                     {"message", std::string(started.status().message())}});
+                                     {"message", std::string(started.message())}});
+    SetQuarantined(failed_starts_ >= kFaultsBeforeQuarantine);
     return false;
   }
-  process_ = *std::move(started);
+  SetQuarantined(false);
   pid_ = process_->pid();
   {
     std::lock_guard<std::mutex> lock(pool_->mutex_);
@@ -112,6 +159,7 @@ void WorkerSlot::CheckIdleProcess() {
   const WorkerExit exit = process_->Wait();
   LogWarning("worker_died_idle", {{"worker", name_}, {"how", exit.Description()}});
   ++failed_starts_;
+  device_lost_ = device_lost_ || exit.exit_code == kDeviceLostExitCode;
   LoseProcess("idle_death");
 }
 
@@ -137,6 +185,7 @@ bool WorkerSlot::SendOrder(const Attempt& attempt) {
   *order.mutable_params() = job.params();
   *order.mutable_run_timeout() = job.run_timeout();
   order.set_output_path(attempt.work_path());
+  order.set_memory_limit_bytes(limits.max_worker_memory_bytes);
   return process_->channel().Send(frame).ok();
 }
 
@@ -233,6 +282,7 @@ void WorkerSlot::Handle(const FromWorker& news, Run* run) {
 void WorkerSlot::HandleFinished(const amhex::worker::Finished& finished, Run* run) {
   run->over = true;
   failed_starts_ = 0;
+  deaths_in_jobs_ = 0;
   const absl::Status error = FromRpcStatus(finished.error());
   if (error.ok()) {
     manager_->Succeed(*run->attempt, finished.result());
@@ -268,7 +318,8 @@ void WorkerSlot::HandleDeath(Run* run) {
                                    absl::FormatDuration(pool_->options_.decode_patience)));
       break;
     case StopCause::kNone:
-      ++failed_starts_;
+      ++deaths_in_jobs_;
+      device_lost_ = exit.exit_code == kDeviceLostExitCode;
       if (run->stage == amhex::v1::STAGE_DECODE_INPUT && IsCrashSignal(exit.signal)) {
         manager_->Fail(*run->attempt,
                        MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,

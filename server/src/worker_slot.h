@@ -43,6 +43,12 @@ class WorkerSlot {
   void Loop();
   bool Stopping() const;
   bool EnsureProcess();
+  // Waits after failures to start; false when stopping.
+  bool WaitBeforeStart();
+  // Starts a process and, where its predecessors give reason to, has it pass the trial job.
+  absl::Status StartProcess();
+  bool NeedsProbe() const;
+  void SetQuarantined(bool quarantined);
   void CheckIdleProcess();
   void RunAttempt(std::shared_ptr<Attempt> attempt);
   bool SendOrder(const Attempt& attempt);
@@ -59,7 +65,11 @@ class WorkerSlot {
   const std::string name_;
   std::unique_ptr<WorkerProcess> process_;
   std::atomic<pid_t> pid_{0};
-  int failed_starts_ = 0;
+  // Since a job or the trial last came to a verdict:
+  int failed_starts_ = 0;   // no start, death when idle, trial failed; the next start waits longer
+  int deaths_in_jobs_ = 0;  // the jobs may be to blame
+  bool device_lost_ = false;
+  bool quarantined_ = false;
   std::atomic<bool> stopping_{false};
   std::atomic<int64_t> stop_deadline_nanos_{0};
   std::mutex sleep_mutex_;

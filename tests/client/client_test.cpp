@@ -228,6 +228,73 @@ TEST_F(ClientTest, MeshesThatDifferFromTheirStatisticsAreRefused) {
               HasSubstr("8 cells of type 8, but 7"));
 }
 
+// The frames of a job that succeeds with `mesh`, which the fake server then holds.
+void PlaySuccess(const AtMostHexaMesh& mesh, FakeServer* server) {
+  const std::string bytes = EncodeForTest(mesh);
+  server->mesher.mesh = bytes;
+  server->blobs.stored[Sha256Hex(bytes)] = bytes;
+  auto last = StateFrame(v1::Job::SUCCEEDED);
+  *last.mutable_job()->mutable_result() = ResultFor(mesh, bytes);
+  server->mesher.frames = {StateFrame(v1::Job::RUNNING), ProgressFrame(1), ProgressFrame(2), last};
+}
+
+TEST_F(ClientTest, OneCallGivesJobAndMesh) {
+  const AtMostHexaMesh mesh = Block(3, 1);
+  PlaySuccess(mesh, &server_);
+  std::vector<int64_t> seen;
+  WatchOptions watch;
+  watch.on_frame = [&](const v1::WatchJobResponse& frame) { seen.push_back(frame.seq()); };
+  const EncodedInput input{v1::INPUT_ENCODING_DRACO, Bytes(2500)};
+  const auto meshed = client_.Mesh(input, {}, {}, watch);
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(meshed->job.state(), v1::Job::SUCCEEDED);
+  EXPECT_EQ(meshed->mesh.corners, mesh.corners);
+  EXPECT_EQ(server_.mesher.mesh_input, input.bytes);
+  EXPECT_THAT(seen, ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(server_.mesher.mesh_streams, 1);
+  EXPECT_EQ(server_.mesher.watch_streams + server_.blobs.read_streams, 0);
+}
+
+TEST_F(ClientTest, OneCallThatBreaksInTheUploadIsRepeatedWithTheSameRequestId) {
+  PlaySuccess(Block(2, 0), &server_);
+  server_.mesher.breaks_in_upload = true;
+  SubmitOptions options;
+  options.request_id = RandomUuid();
+  const EncodedInput input{v1::INPUT_ENCODING_DRACO, Bytes(2500)};
+  const auto meshed = client_.Mesh(input, {}, options);
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(server_.mesher.mesh_streams, 2);
+  EXPECT_EQ(server_.mesher.mesh_input, input.bytes);
+  EXPECT_EQ(server_.mesher.last_submission.request_id(), options.request_id);
+}
+
+TEST_F(ClientTest, OneCallThatBreaksLaterIsTakenUpByOrdinaryCalls) {
+  const AtMostHexaMesh mesh = Block(4, 2);
+  PlaySuccess(mesh, &server_);
+  server_.mesher.frames_per_stream = 2;
+  const EncodedInput input{v1::INPUT_ENCODING_DRACO, "small"};
+  auto meshed = client_.Mesh(input, {});
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(meshed->mesh.corners, mesh.corners);
+  EXPECT_EQ(server_.mesher.mesh_streams, 1);
+  EXPECT_GE(server_.mesher.watch_streams, 1);
+  server_.mesher.frames_per_stream = 1000;
+  server_.mesher.breaks_in_mesh = true;
+  const int reads_before = server_.blobs.read_streams;
+  meshed = client_.Mesh(input, {});
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(meshed->mesh.corners, mesh.corners);
+  EXPECT_EQ(server_.blobs.read_streams, reads_before + 1);
+}
+
+TEST_F(ClientTest, OneCallGivesAFailedJobAndNoMesh) {
+  server_.mesher.frames = {StateFrame(v1::Job::RUNNING), StateFrame(v1::Job::FAILED)};
+  const auto meshed = client_.Mesh({v1::INPUT_ENCODING_DRACO, "small"}, {});
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(meshed->job.state(), v1::Job::FAILED);
+  EXPECT_TRUE(meshed->mesh.corners.empty());
+}
+
 TEST_F(ClientTest, MeshesThatBreakTheLawAreRefused) {
   AtMostHexaMesh mesh = Block(2, 0);
   std::swap(mesh.vertices[0], mesh.vertices[26]);

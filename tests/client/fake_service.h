@@ -98,6 +98,9 @@ class FakeMesher final : public v1::Mesher::Service {
   size_t frames_per_stream = 1000;
   int watch_streams = 0, submissions = 0, busy_submissions = 0;
   bool hangs = false;  // WatchJob never ends
+  int mesh_streams = 0;
+  bool breaks_in_upload = false, breaks_in_mesh = false;
+  std::string mesh, mesh_input;
   v1::SubmitJobRequest last_submission;
 
   grpc::Status GetCapabilities(grpc::ServerContext*, const v1::GetCapabilitiesRequest*,
@@ -117,6 +120,39 @@ class FakeMesher final : public v1::Mesher::Service {
     last_submission = *request;
     response->mutable_job()->set_name("jobs/one");
     return grpc::Status::OK;
+  }
+
+  // Takes the whole input, then plays the script and sends the mesh; breaks off after
+  // `frames_per_stream` frames, and after half of the mesh if `breaks_in_mesh`.
+  grpc::Status Mesh(grpc::ServerContext*,
+                    grpc::ServerReaderWriter<v1::MeshResponse, v1::MeshRequest>* stream) override {
+    ++mesh_streams;
+    v1::MeshRequest request;
+    if (!stream->Read(&request)) return {grpc::StatusCode::INVALID_ARGUMENT, "nothing came"};
+    last_submission = request.submit();
+    v1::MeshResponse response;
+    if (request.submit().has_input_blob()) {
+      response.mutable_upload()->set_committed_size(static_cast<int64_t>(mesh_input.size()));
+      stream->Write(response);
+      const auto whole = static_cast<size_t>(request.submit().input_blob().size_bytes());
+      while (mesh_input.size() < whole && stream->Read(&request)) {
+        mesh_input += request.data();
+        if (mesh_streams == 1 && breaks_in_upload) {
+          return {grpc::StatusCode::UNAVAILABLE, "broken off"};
+        }
+      }
+    }
+    for (size_t seq = 0; seq < frames.size(); ++seq) {
+      if (seq >= frames_per_stream) return {grpc::StatusCode::UNAVAILABLE, "broken off"};
+      *response.mutable_watch() = frames[seq];
+      response.mutable_watch()->set_seq(static_cast<int64_t>(seq) + 1);
+      stream->Write(response);
+    }
+    const size_t end = breaks_in_mesh ? mesh.size() / 2 : mesh.size();
+    response.mutable_mesh()->set_data(mesh.substr(0, end));
+    if (!mesh.empty()) stream->Write(response);
+    return breaks_in_mesh ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "broken off")
+                          : grpc::Status::OK;
   }
 
   grpc::Status WatchJob(grpc::ServerContext* context, const v1::WatchJobRequest* request,

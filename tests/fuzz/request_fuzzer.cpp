@@ -58,6 +58,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     case 0:
       Try<v1::SubmitJobRequest>(
           bytes, [&](const auto& request) { ExpectVerdict(CheckSubmit(request, limits)); });
+      Try<v1::MeshRequest>(
+          bytes, [&](const auto& request) { ExpectVerdict(CheckMeshBegin(request, limits)); });
       break;
     case 1:
       Try<v1::ListJobsRequest>(bytes, TryList);

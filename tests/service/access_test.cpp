@@ -27,8 +27,9 @@ class AccessTest : public ::testing::Test {
  protected:
   void SetUp() override {
     WriteTokens("ada submit,read " + Sha256Hex("ada's") + " max_queued=3 max_blob_bytes=10000\n" +
-                "bob submit,read " + Sha256Hex("bob's") + "\n" +  //
-                "viewer read " + Sha256Hex("viewer's") + "\n" +   //
+                "bob submit,read " + Sha256Hex("bob's") + "\n" +   //
+                "viewer read " + Sha256Hex("viewer's") + "\n" +    //
+                "sender submit " + Sha256Hex("sender's") + "\n" +  //
                 "auditor read-all " + Sha256Hex("auditor's") + "\n" + "root admin " +
                 Sha256Hex("root's") + "\n");
     options_.listen = {"127.0.0.1:0"};
@@ -221,15 +222,22 @@ TEST_F(AccessTest, HealthIsForEverybody) {
 
 TEST_F(AccessTest, ReaderCannotChangeAnything) {
   for (const char* method :
-       {"/amhex.v1.Mesher/SubmitJob", "/amhex.v1.Mesher/CancelJob", "/amhex.v1.Mesher/DeleteJob",
-        "/amhex.v1.Blobs/WriteBlob", "/amhex.v1.Blobs/QueryWriteStatus",
-        "/amhex.v1.Blobs/FindMissingBlobs"}) {
+       {"/amhex.v1.Mesher/Mesh", "/amhex.v1.Mesher/SubmitJob", "/amhex.v1.Mesher/CancelJob",
+        "/amhex.v1.Mesher/DeleteJob", "/amhex.v1.Blobs/WriteBlob",
+        "/amhex.v1.Blobs/QueryWriteStatus", "/amhex.v1.Blobs/FindMissingBlobs"}) {
     const grpc::Status status = CallEmpty(channel_, method, "viewer's");
     EXPECT_EQ(status.error_code(), grpc::StatusCode::PERMISSION_DENIED) << method;
     EXPECT_EQ(Reason(status), "ROLE_MISSING") << method;
   }
   amhex::v1::Capabilities capabilities;
   EXPECT_TRUE(mesher_->GetCapabilities(As("viewer's").get(), {}, &capabilities).ok());
+}
+
+TEST_F(AccessTest, SenderWhoMayNotReadCannotMeshInOneCall) {
+  EXPECT_EQ(CallEmpty(channel_, "/amhex.v1.Mesher/Mesh", "sender's").error_code(),
+            grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(CallEmpty(channel_, "/amhex.v1.Mesher/Mesh", "ada's").error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
 }
 
 TEST_F(AccessTest, JobsOfOthersAreAsIfTheyWereNotThere) {

@@ -5,45 +5,19 @@
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
+#include "cuttable_proxy.h"
 #include "postgres_server.h"
 #include "service_fixtures.h"
 #include "test_addresses.h"
 
 namespace amhex::server {
-
-// Passes TCP connections on to a port of this machine, until it is cut off.
-class CuttableProxy {
- public:
-  CuttableProxy(const std::string& target_host, int target_port);
-  ~CuttableProxy();
-
-  int port() const { return port_; }
-  // While cut, nothing passes and nothing is refused: packets seem to be lost.
-  void Cut() { cut_ = true; }
-  void Mend();
-
- private:
-  void Serve();
-  void Pass(int from, int to, int64_t generation);
-
-  const std::string target_host_;
-  const int target_port_;
-  int listener_ = -1;
-  int port_ = 0;
-  std::atomic<bool> cut_{false};
-  std::atomic<bool> stopping_{false};
-  std::atomic<int64_t> generation_{0};
-  std::vector<std::thread> threads_;
-};
 
 // One amhexd. Its address stays the same over restarts.
 class Node {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "cluster_fixture.h"
@@ -17,6 +18,24 @@ using amhex::v1::Job;
 using amhex::v1::WatchJobResponse;
 
 using NodesTest = ClusterTest;
+
+// Meshes in one call; the final job, and the mesh's bytes.
+std::pair<Job, std::string> MeshInOneCall(const Node& node, const std::string& script) {
+  grpc::ClientContext context;
+  const auto stream = node.mesher().Mesh(&context);
+  amhex::v1::MeshRequest request;
+  *request.mutable_submit() = ScriptRequest(script);
+  stream->Write(request);
+  Job job;
+  std::string mesh;
+  for (amhex::v1::MeshResponse response; stream->Read(&response);) {
+    if (response.watch().has_job()) job = response.watch().job();
+    mesh += response.mesh().data();
+  }
+  const grpc::Status status = stream->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return {job, mesh};
+}
 
 TEST_F(NodesTest, EveryNodeTellsTheProgressOfAJobThatOneOfThemRuns) {
   StartNodes(3);
@@ -115,6 +134,18 @@ TEST_F(NodesTest, InputUploadedToOneNodeIsMeshedThroughAnotherAndReadFromAThird)
   amhex::v1::ReadBlobResponse part;
   ASSERT_TRUE(reader->Read(&part));
   EXPECT_EQ(part.data(), "the-mesh");
+}
+
+TEST_F(NodesTest, OneCallToANodeGivesTheMeshThatAnotherHasMade) {
+  StartNodes(2);
+  const std::string blocker = SubmitWaiting(0, "mesh");
+  ASSERT_TRUE(HasStarted("mesh"));
+  // The node that runs the blocker has no other worker.
+  const auto [job, mesh] = MeshInOneCall(*nodes_[Runner(blocker)], "progress 1; large 3000000;");
+  EXPECT_EQ(job.state(), Job::SUCCEEDED);
+  EXPECT_EQ(mesh, std::string(3'000'000, 'x'));
+  LetGo();
+  EXPECT_TRUE(Reaches(0, blocker, Job::SUCCEEDED));
 }
 
 TEST_F(NodesTest, JobOfAKilledNodeIsDoneByAnotherWhileItIsWatched) {

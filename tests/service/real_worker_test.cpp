@@ -149,7 +149,7 @@ TEST_F(RealWorkerTest, EstimateNamesCellsMemoryAndTime) {
   const auto input = manager().AdmitInput(Everyone(), Request(Cube()));
   ASSERT_TRUE(input.ok());
   amhex::worker::RunJob order;
-  order.set_input_path(manager().PathOfBlob(input->sha256()));
+  order.set_input_path(manager().PathOfBlob(input->blob.sha256()));
   order.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
   const Limits limits;
   order.mutable_input_limits()->set_max_point_count(limits.max_point_count);

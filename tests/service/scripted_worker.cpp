@@ -10,6 +10,8 @@
 //   abort | kill      dies by SIGABRT or SIGKILL
 //   once PATH         goes on only if the file PATH exists; else makes it and dies by SIGKILL
 //   touch PATH        appends a line to the file PATH
+//   at STAGE          reports that the stage of this number has begun
+//   until PATH        waits, like sleep, until the file PATH exists
 //   fail              ends the job with an error
 //   large BYTES       writes so many bytes as the result; ends the job as the worker does then
 //   succeed TEXT      writes TEXT as the result and ends the job
@@ -31,6 +33,7 @@
 #include "worker/frame_channel.h"
 #include "worker/worker_fd.h"
 #include "worker/worker_protocol.pb.h"
+#include "worker_probe.h"
 
 namespace amhex::server {
 namespace {
@@ -59,6 +62,7 @@ class ScriptedWorker {
   void Perform(const amhex::worker::RunJob& order) {
     order_ = order;
     finished_ = false;
+    if (order.job() == kProbeJob) return Probe();
     const auto bytes = ReadWholeFile(order.input_path());
     std::istringstream script(bytes.ok() ? bytes->substr(kArraysHeaderBytes) : "");
     std::string command;
@@ -72,6 +76,13 @@ class ScriptedWorker {
     if (!finished_) Fail("the script ended without a verdict");
   }
 
+  // The trial job: dies while the file that AMHEX_SCRIPTED_FAULT names is there.
+  void Probe() {
+    const char* fault = std::getenv("AMHEX_SCRIPTED_FAULT");
+    if (fault != nullptr && access(fault, F_OK) == 0) raise(SIGABRT);
+    Succeed("probe");
+  }
+
   void Obey(const std::string& verb, const std::string& argument) {
     if (verb == "decode") Progress(amhex::v1::STAGE_DECODE_INPUT, 0);
     if (verb == "progress") Progress(amhex::v1::STAGE_RELAX, std::stoi(argument));
@@ -82,6 +93,8 @@ class ScriptedWorker {
     if (verb == "abort") raise(SIGABRT);
     if (verb == "kill") raise(SIGKILL);
     if (verb == "once") Once(argument);
+    if (verb == "at") Progress(static_cast<amhex::v1::Stage>(std::stoi(argument)), 0);
+    if (verb == "until") Until(argument);
     if (verb == "touch") std::ofstream(argument, std::ios::app) << "here\n";
     if (verb == "fail") Fail("as the script says");
     if (verb == "large") Large(std::stoul(argument));
@@ -109,6 +122,10 @@ class ScriptedWorker {
     if (*outcome == FrameChannel::Outcome::kFrame && frame.has_stop()) {
       Finish(absl::CancelledError("stopped"));
     }
+  }
+
+  void Until(const std::string& path) {
+    while (!finished_ && access(path.c_str(), F_OK) != 0) Sleep(20);
   }
 
   void Once(const std::string& path) {

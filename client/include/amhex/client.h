@@ -94,6 +94,12 @@ struct WatchOptions {
   absl::Duration min_interval = absl::Milliseconds(100);
 };
 
+// What one input became.
+struct MeshedInput {
+  amhex::v1::Job job;   // final
+  AtMostHexaMesh mesh;  // empty unless the job SUCCEEDED
+};
+
 class Client {
  public:
   explicit Client(ClientOptions options);
@@ -112,6 +118,13 @@ class Client {
   // Follows a job until it is final, across broken connections and restarts of the server, and
   // gives the final job, be it SUCCEEDED, FAILED or CANCELLED.
   absl::StatusOr<amhex::v1::Job> Watch(const std::string& name, const WatchOptions& options);
+
+  // Submit, Watch and FetchMesh in one call to the server. Where its stream breaks, it is taken up
+  // by ordinary calls: nothing is sent, computed or received twice. A FAILED job is no error.
+  absl::StatusOr<MeshedInput> Mesh(const EncodedInput& input,
+                                   const amhex::v1::MeshingParams& params,
+                                   const SubmitOptions& submit = {},
+                                   const WatchOptions& watch = {});
 
   absl::StatusOr<amhex::v1::Job> GetJob(const std::string& name);
   // Newest first, at most `most` jobs.

@@ -10,6 +10,12 @@ namespace {
 
 constexpr int64_t kDefaultChunkBytes = 1024 * 1024;
 
+absl::Status CheckEncoding(const v1::MeshingResult& result) {
+  if (result.encoding() == v1::MESH_ENCODING_ARRAYS) return absl::OkStatus();
+  return absl::UnimplementedError(absl::StrCat(
+      "the result has encoding ", static_cast<int>(result.encoding()), ", which is not known"));
+}
+
 }  // namespace
 
 absl::Status Client::Implementation::WriteFrom(
@@ -99,33 +105,44 @@ absl::Status Client::Implementation::ReadInto(
   return FromGrpcStatus(reader->Finish());
 }
 
+absl::Status Client::Implementation::ReadRest(
+    const v1::BlobRef& blob, const std::function<void(int64_t, int64_t)>& on_progress,
+    std::string* bytes) {
+  Patience patience = NewPatience();
+  while (bytes->empty() || static_cast<int64_t>(bytes->size()) < blob.size_bytes()) {
+    const size_t before = bytes->size();
+    absl::Status status = ReadInto(blob, on_progress, bytes);
+    if (bytes->size() > before) patience.Renew();
+    if (status.ok() && static_cast<int64_t>(bytes->size()) == blob.size_bytes()) break;
+    if (status.ok()) status = absl::UnavailableError("the download ended early");
+    if (!patience.ShouldRetry(status)) return Named(status);
+  }
+  if (Sha256Hex(*bytes) == blob.sha256()) return absl::OkStatus();
+  return absl::DataLossError("the bytes received do not have the SHA-256 announced");
+}
+
 absl::StatusOr<std::string> Client::Download(
     const v1::BlobRef& blob, const std::function<void(int64_t, int64_t)>& on_progress) {
-  Patience patience = implementation_->NewPatience();
   std::string bytes;
-  while (true) {
-    const size_t before = bytes.size();
-    absl::Status status = implementation_->ReadInto(blob, on_progress, &bytes);
-    if (bytes.size() > before) patience.Renew();
-    if (status.ok() && static_cast<int64_t>(bytes.size()) == blob.size_bytes()) break;
-    if (status.ok()) status = absl::UnavailableError("the download ended early");
-    if (!patience.ShouldRetry(status)) return implementation_->Named(status);
-  }
-  if (Sha256Hex(bytes) != blob.sha256()) {
-    return absl::DataLossError("the bytes received do not have the SHA-256 announced");
-  }
+  const absl::Status status = implementation_->ReadRest(blob, on_progress, &bytes);
+  if (!status.ok()) return status;
   return bytes;
 }
 
 absl::StatusOr<AtMostHexaMesh> Client::FetchMesh(
     const v1::MeshingResult& result, const std::function<void(int64_t, int64_t)>& on_progress) {
-  if (result.encoding() != v1::MESH_ENCODING_ARRAYS) {
-    return absl::UnimplementedError(absl::StrCat(
-        "the result has encoding ", static_cast<int>(result.encoding()), ", which is not known"));
-  }
+  const absl::Status known = CheckEncoding(result);
+  if (!known.ok()) return known;
   const absl::StatusOr<std::string> bytes = Download(result.mesh(), on_progress);
   if (!bytes.ok()) return bytes.status();
-  absl::StatusOr<AtMostHexaMesh> mesh = DecodeMesh(*bytes);
+  return Implementation::CheckedMesh(result, *bytes);
+}
+
+absl::StatusOr<AtMostHexaMesh> Client::Implementation::CheckedMesh(const v1::MeshingResult& result,
+                                                                   std::string_view bytes) {
+  const absl::Status known = CheckEncoding(result);
+  if (!known.ok()) return known;
+  absl::StatusOr<AtMostHexaMesh> mesh = DecodeMesh(bytes);
   if (!mesh.ok()) return mesh;
   const auto cells = static_cast<int64_t>(mesh->corners.size());
   const auto vertices = static_cast<int64_t>(mesh->vertices.size());

@@ -14,11 +14,6 @@ constexpr int64_t kInlineBytes = 256 * 1024;
 // The server sends a frame at least every 15 s; after this silence the connection is made anew.
 constexpr int kKeepaliveMilliseconds = 60'000;
 
-bool IsFinal(const v1::Job& job) {
-  return job.state() == v1::Job::SUCCEEDED || job.state() == v1::Job::FAILED ||
-         job.state() == v1::Job::CANCELLED;
-}
-
 grpc::ChannelArguments ChannelArguments() {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMilliseconds);
@@ -82,20 +77,31 @@ absl::StatusOr<v1::Capabilities> Client::GetCapabilities() {
   return capabilities;
 }
 
+v1::SubmitJobRequest Client::Implementation::NewRequest(const EncodedInput& input,
+                                                        const v1::MeshingParams& params,
+                                                        const SubmitOptions& submit) const {
+  v1::SubmitJobRequest request;
+  request.set_request_id(submit.request_id.empty() ? RandomUuid() : submit.request_id);
+  *request.mutable_params() = params;
+  request.set_input_encoding(input.encoding);
+  request.set_priority(submit.priority);
+  if (submit.run_timeout > absl::ZeroDuration()) {
+    SetDuration(submit.run_timeout, request.mutable_run_timeout());
+  }
+  return request;
+}
+
+bool Client::Implementation::IsInline(const EncodedInput& input, const v1::Limits& limits) {
+  return static_cast<int64_t>(input.bytes.size()) <=
+         std::min(kInlineBytes, limits.max_inline_input_bytes());
+}
+
 absl::StatusOr<v1::Job> Client::Submit(const EncodedInput& input, const v1::MeshingParams& params,
                                        const SubmitOptions& options) {
   const absl::StatusOr<v1::Limits> limits = implementation_->GetLimits();
   if (!limits.ok()) return limits.status();
-  v1::SubmitJobRequest request;
-  request.set_request_id(options.request_id.empty() ? RandomUuid() : options.request_id);
-  *request.mutable_params() = params;
-  request.set_input_encoding(input.encoding);
-  request.set_priority(options.priority);
-  if (options.run_timeout > absl::ZeroDuration()) {
-    SetDuration(options.run_timeout, request.mutable_run_timeout());
-  }
-  const auto size = static_cast<int64_t>(input.bytes.size());
-  const bool is_inline = size <= std::min(kInlineBytes, limits->max_inline_input_bytes());
+  v1::SubmitJobRequest request = implementation_->NewRequest(input, params, options);
+  const bool is_inline = Implementation::IsInline(input, *limits);
   // A blob that no job uses yet may be removed between upload and submission, hence two tries.
   for (int tries_left = 1;; --tries_left) {
     if (is_inline) {
@@ -174,23 +180,29 @@ absl::Status Client::Implementation::WatchOnce(const std::string& name, const Wa
   return FromGrpcStatus(reader->Finish());
 }
 
-absl::StatusOr<v1::Job> Client::Watch(const std::string& name, const WatchOptions& options) {
-  Patience patience = implementation_->NewPatience();
-  v1::Job job;
-  int64_t seq = 0;
+absl::Status Client::Implementation::WatchOn(const std::string& name, const WatchOptions& watch,
+                                             int64_t* seq, v1::Job* job) {
+  Patience patience = NewPatience();
   while (true) {
-    absl::Status status =
-        implementation_->WatchOnce(FullJobName(name), options, &seq, &job, &patience);
-    if (status.ok() && IsFinal(job)) return job;
+    absl::Status status = WatchOnce(name, watch, seq, job, &patience);
+    if (status.ok() && IsFinal(*job)) return absl::OkStatus();
     // A restarted server numbers its frames anew.
-    if (absl::IsInvalidArgument(status) && seq > 0) {
-      seq = 0;
+    if (absl::IsInvalidArgument(status) && *seq > 0) {
+      *seq = 0;
       status = absl::UnavailableError("the frames were numbered anew");
     }
     if (status.ok()) status = absl::UnavailableError("the stream ended before the job");
-    if (!patience.ShouldRetry(status)) return implementation_->Named(status);
-    if (options.on_reconnect) options.on_reconnect(status);
+    if (!patience.ShouldRetry(status)) return Named(status);
+    if (watch.on_reconnect) watch.on_reconnect(status);
   }
+}
+
+absl::StatusOr<v1::Job> Client::Watch(const std::string& name, const WatchOptions& options) {
+  v1::Job job;
+  int64_t seq = 0;
+  const absl::Status status = implementation_->WatchOn(FullJobName(name), options, &seq, &job);
+  if (!status.ok()) return status;
+  return job;
 }
 
 std::string FullJobName(const std::string& name) {

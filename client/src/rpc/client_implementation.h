@@ -20,6 +20,11 @@ namespace v1 = amhex::v1;
 // A call that answers at once is given this long.
 inline constexpr absl::Duration kUnaryDeadline = absl::Seconds(30);
 
+inline bool IsFinal(const v1::Job& job) {
+  return job.state() == v1::Job::SUCCEEDED || job.state() == v1::Job::FAILED ||
+         job.state() == v1::Job::CANCELLED;
+}
+
 // Not connected yet; the first call connects.
 std::shared_ptr<grpc::Channel> NewChannel(const ClientOptions& options);
 
@@ -79,6 +84,21 @@ class Client::Implementation {
   absl::Status ReadInto(const v1::BlobRef& blob,
                         const std::function<void(int64_t, int64_t)>& on_progress,
                         std::string* bytes);
+  // A submission with everything but the input.
+  v1::SubmitJobRequest NewRequest(const EncodedInput& input, const v1::MeshingParams& params,
+                                  const SubmitOptions& submit) const;
+  // True if the input should travel in the submission.
+  static bool IsInline(const EncodedInput& input, const v1::Limits& limits);
+  // The bytes of a result as a mesh, if they are what was announced.
+  static absl::StatusOr<AtMostHexaMesh> CheckedMesh(const v1::MeshingResult& result,
+                                                    std::string_view bytes);
+  // Downloads what `bytes` lacks of a blob.
+  absl::Status ReadRest(const v1::BlobRef& blob,
+                        const std::function<void(int64_t, int64_t)>& on_progress,
+                        std::string* bytes);
+  // Follows a job from where `seq` and `job` stand until it is final.
+  absl::Status WatchOn(const std::string& name, const WatchOptions& watch, int64_t* seq,
+                       v1::Job* job);
   // One WatchJob stream; `seq` and `job` follow it.
   absl::Status WatchOnce(const std::string& name, const WatchOptions& watch, int64_t* seq,
                          v1::Job* job, Patience* patience);

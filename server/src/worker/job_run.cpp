@@ -1,5 +1,6 @@
 #include "worker/job_run.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include "status_macros.h"
 #include "surface_codec.h"
 #include "time_convert.h"
+#include "worker/remaining_time.h"
 
 namespace amhex::server {
 namespace {
@@ -41,8 +43,9 @@ class OwnStage {
     send_(news);
   }
 
-  void Done() {
+  void Done(size_t io_bytes) {
     FromWorker news;
+    news.mutable_stage()->set_io_bytes(static_cast<int64_t>(io_bytes));
     news.mutable_stage()->set_stage(stage_);
     *news.mutable_stage()->mutable_wall_duration() = ToProto(absl::Now() - start_);
     news.mutable_stage()->set_peak_memory_bytes(PeakMemoryBytes());
@@ -86,9 +89,10 @@ absl::Status WithReason(const absl::Status& error) {
   return MakeError(error.code(), reason, std::string(error.message()));
 }
 
-void RelayProgress(const SendNews& send, RunContext* context) {
+void RelayProgress(const SendNews& send, double expected_seconds, RunContext* context) {
   using Clock = std::chrono::steady_clock;
-  context->on_progress = [send, last_time = Clock::time_point::min(),
+  context->on_progress = [send, remaining = RemainingTime(expected_seconds), start = Clock::now(),
+                          last_time = Clock::time_point::min(),
                           last_stage = -1](const Progress& progress) mutable {
     const Clock::time_point now = Clock::now();
     const int stage = static_cast<int>(progress.stage);
@@ -98,6 +102,9 @@ void RelayProgress(const SendNews& send, RunContext* context) {
     last_stage = stage;
     FromWorker news;
     *news.mutable_progress() = ToProto(progress);
+    const double elapsed = std::chrono::duration<double>(now - start).count();
+    *news.mutable_progress()->mutable_remaining_duration() =
+        ToProto(absl::Seconds(remaining.Seconds(progress.stage, progress.stage_fraction, elapsed)));
     send(news);
   };
   context->on_stage_done = [send](const StageReport& report) {
@@ -112,8 +119,19 @@ absl::StatusOr<MeshingInput> ReadInput(const amhex::worker::RunJob& order, const
   AMHEX_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(order.input_path()));
   AMHEX_ASSIGN_OR_RETURN(MeshingInput input,
                          DecodeInput(order.input_encoding(), bytes, DecodeLimits(order)));
-  stage.Done();
+  stage.Done(bytes.size());
   return input;
+}
+
+// What only the geometry tells: the server has admitted the job without it.
+absl::Status CheckMemory(const CostEstimate& estimate, int64_t limit) {
+  if (limit <= 0 || estimate.memory_bytes <= limit) return absl::OkStatus();
+  return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::OUT_OF_MEMORY,
+                   "about " + std::to_string(estimate.memory_bytes) + " bytes are needed for " +
+                       std::to_string(estimate.cell_count) + " cells; a job may take " +
+                       std::to_string(limit),
+                   {{"expected_bytes", std::to_string(estimate.memory_bytes)},
+                    {"limit_bytes", std::to_string(limit)}});
 }
 
 absl::StatusOr<Finished> Run(const amhex::worker::RunJob& order, const SendNews& send,
@@ -132,13 +150,18 @@ absl::StatusOr<Finished> Run(const amhex::worker::RunJob& order, const SendNews&
     return finished;
   }
   AMHEX_RETURN_IF_ERROR(context->CheckStop());
-  RelayProgress(send, context);
+  // An estimate that cannot be had is an error that the engine will tell better.
+  const auto estimate = EstimateCost(input.hull, params);
+  if (estimate.ok()) AMHEX_RETURN_IF_ERROR(CheckMemory(*estimate, order.memory_limit_bytes()));
+  RelayProgress(send, estimate.ok() ? estimate->seconds : 0, context);
   AMHEX_ASSIGN_OR_RETURN(const MeshingResult result, Mesh(input, params, *context));
   OwnStage stage(amhex::v1::STAGE_ENCODE_RESULT, send);
   AMHEX_RETURN_IF_ERROR(WriteMeshFile(result.mesh, order.output_path()));
+  AMHEX_ASSIGN_OR_RETURN(const UniqueFd written, OpenFile(order.output_path(), O_RDONLY));
+  AMHEX_ASSIGN_OR_RETURN(const int64_t written_bytes, FileSize(written.get()));
   *finished.mutable_result() = ToProto(result);
   finished.mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
-  stage.Done();
+  stage.Done(static_cast<size_t>(written_bytes));
   return finished;
 }
 

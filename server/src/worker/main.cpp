@@ -26,9 +26,6 @@ namespace {
 using amhex::worker::FromWorker;
 using amhex::worker::ToWorker;
 
-// Tells a worker that gave up its CUDA device from one that crashed (1 or a signal).
-constexpr int kDeviceLostExitCode = 3;
-
 // What the thread that listens and the thread that meshes share.
 struct Desk {
   std::mutex mutex;
@@ -70,9 +67,9 @@ void RunOrders(FrameChannel* channel, Desk* desk) {
     }
     FromWorker news;
     *news.mutable_finished() = RunJob(order, send, context.get());
-    send(news);
-    // The job has failed and been told so; amhexd starts another worker for the next one.
+    // Whatever came of the job, a lost device is to blame: this attempt is spent, not the job.
     if (IsDeviceLost()) _exit(kDeviceLostExitCode);
+    send(news);
   }
 }
 

@@ -1,13 +1,40 @@
-#include "sqlite_job_rows.h"
+// The columns of the table of jobs as both stores read them, and the job they hold.
+#pragma once
 
+#include "absl/time/time.h"
+#include "amhex/v1/job.pb.h"
 #include "job_id.h"
 #include "time_convert.h"
 
 namespace amhex::server {
 
-using amhex::v1::Job;
+// Begins a statement whose rows ReadJobColumns understands; in the order of JobColumn.
+inline constexpr char kSelectJob[] =
+    "SELECT number, id, tenant, state, spec, outcome, create_time, start_time, end_time,"
+    " expire_time, attempt, cancel_requested, lease_epoch, max_attempts, memory_bytes FROM job ";
 
-Job ReadJob(const SqliteStatement& row) {
+enum JobColumn {
+  kNumber,
+  kId,
+  kTenant,
+  kState,
+  kSpec,
+  kOutcome,
+  kCreateTime,
+  kStartTime,
+  kEndTime,
+  kExpireTime,
+  kAttempt,
+  kCancelRequested,
+  kLeaseEpoch,
+  kMaxAttempts,
+  kMemoryBytes
+};
+
+// The job in the current row. `Row` is SqliteStatement or PostgresRows.
+template <class Row>
+amhex::v1::Job ReadJobColumns(const Row& row) {
+  using amhex::v1::Job;
   Job job;
   job.ParseFromString(row.TextColumn(kSpec));
   if (!row.IsNull(kOutcome)) job.MergeFromString(row.TextColumn(kOutcome));

@@ -1,0 +1,73 @@
+#include "blob_transfer.h"
+
+#include <algorithm>
+
+#include "errors.h"
+#include "request_checks.h"
+#include "status_macros.h"
+
+namespace amhex::server {
+
+absl::StatusOr<JobManager::UploadState> BlobReceiver::Begin(const Caller& caller,
+                                                            const amhex::v1::BlobRef& blob) {
+  AMHEX_RETURN_IF_ERROR(CheckBlobToWrite(blob, manager_->options().limits));
+  blob_ = blob;
+  AMHEX_ASSIGN_OR_RETURN(const auto state, manager_->FindUpload(caller, blob));
+  if (state.complete) return state;
+  AMHEX_ASSIGN_OR_RETURN(upload_, manager_->StartUpload(caller, blob));
+  return JobManager::UploadState{upload_->committed_size(), false};
+}
+
+absl::Status BlobReceiver::Write(int64_t offset, const std::string& data) {
+  if (data.empty()) return absl::OkStatus();
+  AMHEX_RETURN_IF_ERROR(upload_->Write(offset, data.data(), data.size()));
+  manager_->metrics().BlobBytes("in").Increment(static_cast<double>(data.size()));
+  return absl::OkStatus();
+}
+
+absl::Status BlobReceiver::Finish(const Caller& caller) {
+  return manager_->FinishUpload(caller, blob_, upload_.get());
+}
+
+JobManager::UploadState BlobReceiver::End() {
+  const JobManager::UploadState state{upload_->committed_size(), upload_->complete()};
+  upload_.reset();
+  return state;
+}
+
+absl::Status BlobSender::Open(const Caller& caller, const amhex::v1::ReadBlobRequest& request) {
+  AMHEX_RETURN_IF_ERROR(CheckRead(request));
+  AMHEX_ASSIGN_OR_RETURN(file_, manager_->OpenBlob(caller, request.blob().sha256()));
+  AMHEX_ASSIGN_OR_RETURN(blob_size_, FileSize(file_.get()));
+  if (request.offset() > blob_size_) {
+    return MakeError(absl::StatusCode::kOutOfRange, amhex::v1::BAD_REQUEST,
+                     "offset is " + std::to_string(request.offset()) + ", but the blob has " +
+                         std::to_string(blob_size_) + " bytes");
+  }
+  position_ = request.offset();
+  end_ = blob_size_;
+  if (request.limit() > 0) end_ = position_ + std::min(request.limit(), blob_size_ - position_);
+  const int64_t preferred = manager_->options().limits.preferred_chunk_bytes;
+  chunk_bytes_ =
+      request.chunk_bytes() > 0 ? std::min<int64_t>(request.chunk_bytes(), preferred) : preferred;
+  return absl::OkStatus();
+}
+
+absl::Status BlobSender::Next(amhex::v1::ReadBlobResponse* chunk) {
+  const auto size = static_cast<size_t>(std::min(chunk_bytes_, end_ - position_));
+  chunk->set_offset(position_);
+  chunk->set_blob_size_bytes(is_first_ ? blob_size_ : 0);
+  is_first_ = false;
+  chunk->mutable_data()->resize(size);
+  AMHEX_ASSIGN_OR_RETURN(const size_t got,
+                         ReadAt(file_.get(), chunk->mutable_data()->data(), size, position_));
+  if (got != size) {
+    return MakeError(absl::StatusCode::kDataLoss, amhex::v1::BLOB_CORRUPT,
+                     "the stored blob is shorter than it was");
+  }
+  position_ += static_cast<int64_t>(size);
+  manager_->metrics().BlobBytes("out").Increment(static_cast<double>(size));
+  return absl::OkStatus();
+}
+
+}  // namespace amhex::server
