@@ -34,7 +34,7 @@ endif()
 function(amhex_add_cuda_engine)
   # Host code that both libraries need is compiled into both.
   add_library(amhex_engine_cuda SHARED
-    src/relax/relaxation_cuda.cu src/relax/regularity_weight.cpp
+    src/cuda/engine_cuda.cu src/relax/regularity_weight.cpp
     src/relax/label_groups.cpp)
   add_library(amhex::engine_cuda ALIAS amhex_engine_cuda)
   target_include_directories(amhex_engine_cuda PRIVATE include src)

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
 #include "build_version.h"
-#include "relax/cuda_library.h"
+#include "cuda/cuda_library.h"
 
 namespace amhex {
 namespace {

@@ -61,6 +61,13 @@ absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, Cell
   }
 }
 
+// What ran where. A run that the device had no room for may be repeated on the CPU.
+BackendChoice Settle(BackendChoice choice, const std::vector<std::string>& device_notes) {
+  for (const std::string& note : device_notes) absl::StrAppend(&choice.note, "; ", note);
+  if (!device_notes.empty()) choice.backend = Backend::kCpu;
+  return choice;
+}
+
 MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend backend) {
   MeshingParams effective = params;
   effective.sizing.cell_count = 0;
@@ -116,8 +123,9 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                            return Judge(FinalizeMesh(improved, hull.frame, poll), hull, poll);
                          }));
   result.stages = run.stage_reports();
-  result.effective_params = Resolve(params, hull, backend.backend);
-  result.backend_note = backend.note;
+  const BackendChoice settled = Settle(backend, relaxed.device_notes);
+  result.effective_params = Resolve(params, hull, settled.backend);
+  result.backend_note = settled.note;
   return result;
 }
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "amhex/mesher.h"
+#include "cuda/cuda_library.h"
 #include "emulated_cuda/emulated_device.h"
 #include "exec/cpu_executor.h"
-#include "relax/cuda_library.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_impl.h"
 #include "unit/relax/relax_fixtures.h"
@@ -23,6 +23,7 @@ namespace {
 using emulated::Controls;
 using emulated::Device;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 #if !defined(__SANITIZE_THREAD__)  // which does not follow fibers: the parity tests then skip, too
 // Before the engine looks for its library, once per process.
@@ -37,6 +38,8 @@ Device* FindDevice() {
 }
 
 RelaxationTask SmallTask(int32_t iterations) { return RandomTask(150, iterations, 1.5); }
+
+absl::StatusOr<bool> RelaxOnCuda(RelaxationTask& task) { return RunOnCuda(&task); }
 
 class EmulatedCuda : public testing::Test {
  protected:
@@ -175,7 +178,7 @@ TEST_F(EmulatedCuda, StopsWhereverItIsAskedTo) {
     task.should_stop = [&] { return left-- <= 0; };
     const auto outcome = RelaxOnCuda(task);
     ASSERT_TRUE(outcome.ok()) << outcome.status();
-    EXPECT_EQ(*outcome, left < 0 ? RelaxationOutcome::kStopped : RelaxationOutcome::kDone) << polls;
+    EXPECT_EQ(*outcome, left >= 0) << polls;
     EXPECT_EQ(controls().used, 0) << polls;
   }
   ExpectUsable();
@@ -192,6 +195,60 @@ TEST_F(EmulatedCuda, RunsSeveralJobsAtOnce) {
   for (std::thread& thread : threads) thread.join();
   for (const RelaxationTask& task : tasks) EXPECT_EQ(task.position, expected.position);
   EXPECT_EQ(controls().used, 0);
+}
+
+absl::StatusOr<MeshingResult> MeshCube(Backend backend) {
+  MeshingParams params;
+  params.sizing.cell_count = 27;
+  params.run.backend = backend;
+  // With iterations, so that the device has something to move.
+  params.relaxation.iteration_count = 2;
+  RunContext run;
+  return Mesh(fixtures::MakeBox({1, 1, 1}, 0.5), params, run);
+}
+
+TEST_F(EmulatedCuda, AutoTakesTheDeviceWhereItHasRoom) {
+  const auto result = MeshCube(Backend::kAuto);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_GT(controls().launches, 0);
+  EXPECT_EQ(result->effective_params.run.backend, Backend::kCuda);
+  EXPECT_THAT(result->backend_note, Not(HasSubstr("cpu")));
+}
+
+TEST_F(EmulatedCuda, AutoTakesTheCpuWhereTheDeviceIsTooSmallAndSaysSo) {
+  const auto expected = MeshCube(Backend::kCpu);
+  ASSERT_TRUE(expected.ok()) << expected.status();
+  controls().capacity = 1;
+  const auto result = MeshCube(Backend::kAuto);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(controls().launches, 0);
+  EXPECT_EQ(result->mesh.vertices, expected->mesh.vertices);
+  EXPECT_EQ(result->effective_params.run.backend, Backend::kCpu);
+  EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: relaxing"));
+  EXPECT_THAT(result->backend_note, HasSubstr(" of 1 are free"));
+}
+
+TEST_F(EmulatedCuda, WhoeverAsksForADeviceThatIsTooSmallIsRefused) {
+  controls().capacity = 1;
+  EXPECT_EQ(MeshCube(Backend::kCuda).status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+// The memory may be gone at any moment; what the device has done by then is not taken over.
+TEST_F(EmulatedCuda, AutoTakesTheCpuWhereMemoryEndsOnTheWay) {
+  const auto expected = MeshCube(Backend::kCpu);
+  ASSERT_TRUE(MeshCube(Backend::kAuto).ok());
+  const int64_t calls = controls().calls;
+  int taken_over = 0;
+  for (int64_t call = 0; call < calls; call += calls / 8) {
+    device_->Restart();
+    controls().failing_call = call;
+    controls().failure = emulated::kOutOfMemory;
+    const auto result = MeshCube(Backend::kAuto);
+    ASSERT_TRUE(result.ok()) << result.status() << " call " << call;
+    EXPECT_EQ(result->mesh.vertices, expected->mesh.vertices) << "call " << call;
+    if (result->effective_params.run.backend == Backend::kCpu) ++taken_over;
+  }
+  EXPECT_GT(taken_over, 0);
 }
 
 // Last, since the process remembers.

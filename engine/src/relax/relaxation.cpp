@@ -12,12 +12,11 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "backends.h"
 #include "base/status_macros.h"
+#include "cuda/device_use.h"
 #include "input/hull_queries.h"
 #include "orientation/frames.h"
 #include "relax/build_barrier.h"
-#include "relax/cuda_library.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_task.h"
 #include "relax/thin_samples.h"
@@ -154,22 +153,22 @@ int32_t ResolveIterationCount(const RelaxationParams& params) {
 
 absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, Sites sites,
                                  const MeshingParams& params, RunContext& run) {
-  AMHEX_ASSIGN_OR_RETURN(const BackendChoice choice, ChooseBackend(params.run.backend));
+  AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   try {
     AMHEX_ASSIGN_OR_RETURN(RelaxationTask task,
                            MakeTask(hull, samples, sites, params.relaxation, run));
     ObserveTask(task, run);
-    RelaxationOutcome outcome = RelaxationOutcome::kDone;
-    if (choice.backend == Backend::kCuda) {
-      AMHEX_ASSIGN_OR_RETURN(outcome, RelaxOnCuda(task));
-    } else {
-      outcome = RelaxOnCpu(task);
-    }
-    if (outcome == RelaxationOutcome::kStopped) {
+    const auto on_cpu = [&] { return RelaxOnCpu(task) == RelaxationOutcome::kDone; };
+    AMHEX_ASSIGN_OR_RETURN(const bool is_done, device.Run(&task, on_cpu));
+    if (!is_done) {
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       return absl::InternalError("the relaxation stopped without being asked to");
     }
-    return TakeInsideSites(sites, task);
+    Sites relaxed = TakeInsideSites(sites, task);
+    relaxed.device_notes = sites.device_notes;
+    relaxed.device_notes.insert(relaxed.device_notes.end(), device.notes().begin(),
+                                device.notes().end());
+    return relaxed;
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
         absl::StrCat("not enough memory to relax ", sites.count(), " sites"));

@@ -68,7 +68,7 @@ struct PointCountBody {
   AMHEX_HD void operator()(int64_t i) const { point_count[i] = moments[i].count; }
 };
 
-// Relaxes `task` in place. One object per run.
+// Relaxes `task` in place, or leaves it as it was. One object per run.
 template <class E>
 class Relaxation {
  public:
@@ -186,8 +186,9 @@ class Relaxation {
           PropagateBody{wave, node_position.View(), hops.View(),
                         ReadOnly(arrays_.neighbours.View()), node_orientation.View()});
     }
-    Download(node_orientation, site_count, task_.orientation);
-    Upload(task_.orientation, arrays_.orientation);
+    frames.clear();
+    Download(node_orientation, site_count, frames);
+    Upload(frames, arrays_.orientation);
     FindNeighbours();
     for (int pass = 0; pass < kFirstAlignments && !executor_.Stopped(); ++pass) Align();
   }
@@ -325,16 +326,24 @@ class Relaxation {
                 PointCountBody{ReadOnly(arrays_.moments.View()), arrays_.movement.View()});
   }
 
+  // All or nothing: whoever takes over from an executor that fails finds the task as it was.
   void Download() {
     std::vector<int64_t> state;
     Download(arrays_.state, kStateSize, state);
     const int64_t site_count = state[kSiteCount];
+    RelaxationTask done;
+    Download(arrays_.position, site_count, done.position);
+    Download(arrays_.orientation, site_count, done.orientation);
+    Download(arrays_.size, site_count, done.size);
+    Download(arrays_.is_inside, site_count, done.is_inside);
+    Download(arrays_.movement, site_count, done.point_count);
+    if (executor_.Stopped()) return;
     task_.split_count = state[kSplitCount];
-    Download(arrays_.position, site_count, task_.position);
-    Download(arrays_.orientation, site_count, task_.orientation);
-    Download(arrays_.size, site_count, task_.size);
-    Download(arrays_.is_inside, site_count, task_.is_inside);
-    Download(arrays_.movement, site_count, task_.point_count);
+    task_.position = std::move(done.position);
+    task_.orientation = std::move(done.orientation);
+    task_.size = std::move(done.size);
+    task_.is_inside = std::move(done.is_inside);
+    task_.point_count = std::move(done.point_count);
   }
 
   E& executor_;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -32,13 +33,14 @@ struct FaceLink {
   int32_t votes = 0;
 };
 
-// Inside sites only, once relaxation is done; every array has site_count entries.
+// Inside sites only, once relaxation is done; every array but the notes has site_count entries.
 struct Sites {
   std::vector<Vec3d> position;      // edge lengths (normalised frame)
   std::vector<AxisFrame> frame;     // orthonormal, right-handed
   std::vector<Vec3d> size;          // wanted cell extent along each axis, edge lengths
   std::vector<double> cell_volume;  // of the Chebyshev cell; 0 = not measured, use the size
   std::vector<FaceLink> links;      // sorted by (site_a, direction_a, site_b); empty after grids
+  std::vector<std::string> device_notes;  // why steps that were to run on a device did not
 
   int64_t count() const { return static_cast<int64_t>(position.size()); }
 };

@@ -4,9 +4,9 @@
 #include <ostream>
 #include <string>
 
+#include "cuda/cuda_library.h"
 #include "fixtures/solids.h"
 #include "input/site_grid.h"
-#include "relax/cuda_library.h"
 #include "relax/relaxation.h"
 #include "unit/relax/relax_fixtures.h"
 

@@ -1,5 +1,5 @@
-// The relaxation on a CUDA device: the template of relaxation_impl.h over the CUDA executor, behind
-// the two functions of cuda_interface.h. The whole of libamhex_engine_cuda.so.
+// What runs on a CUDA device: the engine's templates over the CUDA executor, behind the two
+// functions of cuda_interface.h. The whole of libamhex_engine_cuda.so.
 #include <cuda_runtime.h>
 
 #include <algorithm>
@@ -9,9 +9,10 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <variant>
 
+#include "cuda/cuda_interface.h"
 #include "exec/cuda_executor.cuh"
-#include "relax/cuda_interface.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
@@ -23,7 +24,7 @@ void Write(const char* message, char* text, size_t capacity) {
 }
 
 // The first device; a process that should use another one sets CUDA_VISIBLE_DEVICES.
-CudaResult Describe(char* text, size_t capacity) {
+CudaResult Describe(int64_t* memory_bytes, char* text, size_t capacity) {
   int driver = 0, runtime = 0, count = 0;
   CheckCuda(cudaDriverGetVersion(&driver), "ask for the driver's version");
   CheckCuda(cudaRuntimeGetVersion(&runtime), "ask for the runtime's version");
@@ -41,6 +42,7 @@ CudaResult Describe(char* text, size_t capacity) {
   }
   cudaDeviceProp properties;
   CheckCuda(cudaGetDeviceProperties(&properties, 0), "ask for the device's properties");
+  *memory_bytes = static_cast<int64_t>(properties.totalGlobalMem);
   std::snprintf(text, capacity, "cuda (%s, compute capability %d.%d, %.0f GiB)", properties.name,
                 properties.major, properties.minor,
                 static_cast<double>(properties.totalGlobalMem) / (1 << 30));
@@ -60,17 +62,22 @@ CudaResult ResultOf(CudaFault fault) {
 }
 
 // Refuses before anything is copied what cannot fit.
-void RequireMemory(const RelaxationTask& task) {
+void RequireMemory(int64_t needed, const std::string& purpose) {
   size_t free = 0, total = 0;
   CheckCuda(cudaMemGetInfo(&free, &total), "ask for the device's memory");
-  const int64_t needed = RelaxationBytes<CudaExecutor>(task) +
-                         TileLabeller<CudaExecutor>::Bytes(task) +
-                         CudaExecutor::SortBytes(LargestSort(task));
   if (needed <= static_cast<int64_t>(free)) return;
-  throw CudaError("relaxing " + std::to_string(task.position.size()) + " sites needs about " +
-                      std::to_string(needed) + " bytes of device memory, " + std::to_string(free) +
-                      " of " + std::to_string(total) + " are free",
+  throw CudaError(purpose + " needs about " + std::to_string(needed) + " bytes of device memory, " +
+                      std::to_string(free) + " of " + std::to_string(total) + " are free",
                   CudaFault::kOutOfMemory);
+}
+
+CudaResult Run(RelaxationTask& task) {
+  RequireMemory(RelaxationBytes<CudaExecutor>(task) + TileLabeller<CudaExecutor>::Bytes(task) +
+                    CudaExecutor::SortBytes(LargestSort(task)),
+                "relaxing " + std::to_string(task.position.size()) + " sites");
+  CudaExecutor executor(task.should_stop);
+  const RelaxationOutcome outcome = Relaxation<CudaExecutor>(executor, task).Run();
+  return outcome == RelaxationOutcome::kStopped ? CudaResult::kStopped : CudaResult::kDone;
 }
 
 // Runs `step` and turns what it throws into a result and a text.
@@ -95,22 +102,21 @@ CudaResult Guard(char* text, size_t capacity, const Step& step) {
 
 extern "C" {
 
-__attribute__((visibility("default"))) amhex::CudaResult AmhexDescribeCuda(char* text,
+__attribute__((visibility("default"))) amhex::CudaResult AmhexDescribeCuda(int64_t* memory_bytes,
+                                                                           char* text,
                                                                            size_t capacity) {
-  return amhex::Guard(text, capacity, [&] { return amhex::Describe(text, capacity); });
+  return amhex::Guard(text, capacity,
+                      [&] { return amhex::Describe(memory_bytes, text, capacity); });
 }
 
-__attribute__((visibility("default"))) amhex::CudaResult AmhexRelaxOnCuda(
-    amhex::RelaxationTask* task, char* text, size_t capacity) {
+__attribute__((visibility("default"))) amhex::CudaResult AmhexRunOnCuda(const amhex::CudaTask* task,
+                                                                        char* text,
+                                                                        size_t capacity) {
   return amhex::Guard(text, capacity, [&] {
-    const amhex::CudaResult device = amhex::Describe(text, capacity);
+    int64_t memory_bytes = 0;
+    const amhex::CudaResult device = amhex::Describe(&memory_bytes, text, capacity);
     if (device != amhex::CudaResult::kDone) return device;
-    amhex::RequireMemory(*task);
-    amhex::CudaExecutor executor(task->should_stop);
-    const amhex::RelaxationOutcome outcome =
-        amhex::Relaxation<amhex::CudaExecutor>(executor, *task).Run();
-    return outcome == amhex::RelaxationOutcome::kStopped ? amhex::CudaResult::kStopped
-                                                         : amhex::CudaResult::kDone;
+    return std::visit([](auto* wanted) { return amhex::Run(*wanted); }, *task);
   });
 }
 

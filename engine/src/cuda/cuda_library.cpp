@@ -1,4 +1,4 @@
-#include "relax/cuda_library.h"
+#include "cuda/cuda_library.h"
 
 #include <dlfcn.h>
 
@@ -14,7 +14,6 @@
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
 #include "base/status_macros.h"
-#include "relax/cuda_interface.h"
 
 namespace amhex {
 namespace {
@@ -24,7 +23,7 @@ std::atomic<bool> is_device_lost{false};
 
 struct CudaLibrary {
   AmhexDescribeCudaFunction* describe = nullptr;
-  AmhexRelaxOnCudaFunction* relax = nullptr;
+  AmhexRunOnCudaFunction* run = nullptr;
 };
 
 // AMHEX_CUDA_LIBRARY names the file; otherwise it lies beside the program, in the lib folder of
@@ -56,8 +55,8 @@ absl::StatusOr<CudaLibrary> OpenLibrary() {
     CudaLibrary library;
     library.describe =
         reinterpret_cast<AmhexDescribeCudaFunction*>(dlsym(handle, kDescribeCudaSymbol));
-    library.relax = reinterpret_cast<AmhexRelaxOnCudaFunction*>(dlsym(handle, kRelaxOnCudaSymbol));
-    if (library.describe != nullptr && library.relax != nullptr) return library;
+    library.run = reinterpret_cast<AmhexRunOnCudaFunction*>(dlsym(handle, kRunOnCudaSymbol));
+    if (library.describe != nullptr && library.run != nullptr) return library;
     reason = absl::StrCat(kCudaLibraryName, " is of another version");
     dlclose(handle);
   }
@@ -69,13 +68,25 @@ const absl::StatusOr<CudaLibrary>& Library() {
   return library;
 }
 
-absl::StatusOr<std::string> DescribeOnce() {
+struct CudaDevice {
+  std::string description;
+  int64_t memory_bytes = 0;
+};
+
+absl::StatusOr<CudaDevice> AskForDevice() {
   AMHEX_ASSIGN_OR_RETURN(const CudaLibrary library, Library());
   std::array<char, kTextCapacity> text{};
-  if (library.describe(text.data(), text.size()) != CudaResult::kDone) {
+  CudaDevice device;
+  if (library.describe(&device.memory_bytes, text.data(), text.size()) != CudaResult::kDone) {
     return absl::FailedPreconditionError(text.data());
   }
-  return std::string(text.data());
+  device.description = text.data();
+  return device;
+}
+
+const absl::StatusOr<CudaDevice>& Device() {
+  static const absl::StatusOr<CudaDevice> device = AskForDevice();
+  return device;
 }
 
 }  // namespace
@@ -83,18 +94,20 @@ absl::StatusOr<std::string> DescribeOnce() {
 bool IsDeviceLost() { return is_device_lost; }
 
 absl::StatusOr<std::string> DescribeCuda() {
-  static const absl::StatusOr<std::string> description = DescribeOnce();
-  return description;
+  if (!Device().ok()) return Device().status();
+  return Device()->description;
 }
 
-absl::StatusOr<RelaxationOutcome> RelaxOnCuda(RelaxationTask& task) {
+int64_t CudaMemoryBytes() { return Device().ok() ? Device()->memory_bytes : 0; }
+
+absl::StatusOr<bool> RunOnCuda(const CudaTask& task) {
   AMHEX_ASSIGN_OR_RETURN(const CudaLibrary library, Library());
   std::array<char, kTextCapacity> text{};
-  switch (library.relax(&task, text.data(), text.size())) {
+  switch (library.run(&task, text.data(), text.size())) {
     case CudaResult::kDone:
-      return RelaxationOutcome::kDone;
+      return true;
     case CudaResult::kStopped:
-      return RelaxationOutcome::kStopped;
+      return false;
     case CudaResult::kNoDevice:
       return absl::FailedPreconditionError(text.data());
     case CudaResult::kOutOfMemory:

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <variant>
 
 #include "relax/relaxation_task.h"
 
@@ -17,18 +19,23 @@ enum class CudaResult : int {
   kDeviceLost = 5  // this process cannot use the device any more
 };
 
+// What the device can be asked for. A task is worked on in place, and is as it was unless it was
+// done.
+using CudaTask = std::variant<RelaxationTask*>;
+
 extern "C" {
 
-// Writes one line about the device, or why there is none, into text[0 .. capacity).
-using AmhexDescribeCudaFunction = CudaResult(char* text, size_t capacity);
+// Writes one line about the device, or why there is none, into text[0 .. capacity), and the bytes
+// of its memory.
+using AmhexDescribeCudaFunction = CudaResult(int64_t* memory_bytes, char* text, size_t capacity);
 
-// Runs `task` in place; on failure writes the reason.
-using AmhexRelaxOnCudaFunction = CudaResult(RelaxationTask* task, char* text, size_t capacity);
+// Runs `task`; on failure writes the reason.
+using AmhexRunOnCudaFunction = CudaResult(const CudaTask* task, char* text, size_t capacity);
 
 }  // extern "C"
 
 inline constexpr char kCudaLibraryName[] = "libamhex_engine_cuda.so";
 inline constexpr char kDescribeCudaSymbol[] = "AmhexDescribeCuda";
-inline constexpr char kRelaxOnCudaSymbol[] = "AmhexRelaxOnCuda";
+inline constexpr char kRunOnCudaSymbol[] = "AmhexRunOnCuda";
 
 }  // namespace amhex
