@@ -5,10 +5,11 @@
 #   deploy/test-images.sh [--cuda TOOLKIT] [--keep FOLDER]
 #
 #   --cuda TOOLKIT  the image for GPUs instead of that for CPUs, with nvcc from this folder (such as
-#                   /usr/local/cuda) instead of NVIDIA's repository; needs no GPU, uses none
+#                   /usr/local/cuda) instead of NVIDIA's repository; needs no GPU, uses none, and is
+#                   skipped where the folder holds no nvcc
 #   --keep FOLDER   keeps the base and what was compiled there for the next time
 #
-# Environment: DEBIAN_MIRROR (http://deb.debian.org/debian).
+# Environment: DEBIAN_MIRROR (http://deb.debian.org/debian), CUDA_ARCHITECTURES (the Dockerfile's).
 set -euo pipefail
 
 cd "$(dirname "$(readlink -f "$0")")/.."
@@ -23,10 +24,14 @@ while [[ $# -gt 0 ]]; do
   case "$1" in
     --cuda) toolkit="${2:?--cuda needs a folder}"; name=amhex-cuda; dockerfile=deploy/Dockerfile.cuda; shift ;;
     --keep) keep="${2:?--keep needs a folder}"; shift ;;
-    *) sed -n '2,12s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,13s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
+if [[ -n $toolkit && ! -x $toolkit/bin/nvcc ]]; then
+  echo "SKIPPED: the image $name: no nvcc in $toolkit/bin"
+  exit 0
+fi
 deploy/install-packages.sh images
 work=$(mktemp -d)
 store=${keep:-$work}
@@ -89,6 +94,7 @@ say "The image $name"
 buildah build --isolation chroot --format docker -f "$dockerfile" -t "localhost/$name" \
   --build-arg BASE=localhost/amhex-base --build-arg BUILD_BASE="$build_base" \
   --build-arg JOBS="$(nproc)" \
+  ${CUDA_ARCHITECTURES:+--build-arg CUDA_ARCHITECTURES="$CUDA_ARCHITECTURES"} \
   --build-arg REVISION="$(git describe --always --dirty 2>/dev/null || echo unknown)" . \
   >"$work/build.log" 2>&1 || { tail -40 "$work/build.log"; fail "it cannot be built"; }
 container=$(buildah from "localhost/$name")
@@ -169,6 +175,20 @@ inside amhex demo --shape cube --surface --resolution 12 -o /tmp/cube.drc >/dev/
 inside amhex mesh /tmp/cube.drc --server 127.0.0.1:50051 --cells 200 -o /tmp/cube.vtu --quiet
 [[ -s $work/tmp/cube.vtu ]] || fail "no mesh"
 passed "its client gets a mesh of a cube"
+if [[ -n $toolkit ]]; then
+  inside amhex info --server 127.0.0.1:50051 >"$work/info"
+  grep backend "$work/info"
+  grep -Eq '^  backend cpu +available' "$work/info" || fail "it does not offer the CPU"
+  grep -Eq '^  backend cuda +not available: .*driver' "$work/info" || fail "it does not say that CUDA has no driver"
+  status=0
+  inside amhex mesh /tmp/cube.drc --server 127.0.0.1:50051 --cells 200 --backend cuda \
+    -o /tmp/cuda.vtu --quiet 2>"$work/refusal" || status=$?
+  cat "$work/refusal"
+  ((status == 10)) || fail "asked for CUDA, it ends with $status instead of 10"
+  grep -q driver "$work/refusal" || fail "the refusal does not name the driver"
+  [[ ! -e $work/tmp/cuda.vtu ]] || fail "asked for CUDA, it meshes on the CPU"
+  passed "without a driver, it meshes on the CPU and says why not on CUDA"
+fi
 # An orphan becomes a child of process 1 and stays as a zombie if that does not care.
 inside sh -c 'sleep 0.2 &'
 zombies() {

@@ -7,10 +7,12 @@
 #   tests/run.sh --sanitize=thread   with the thread sanitizer
 #   tests/run.sh --races             queue, watching and supervision of workers alone, under the thread sanitizer
 #   tests/run.sh --fuzz SECONDS      besides the tests, fuzzes each target for so long (tests/fuzz/run.sh)
-#   tests/run.sh --images            the container image, really built and run (deploy/test-images.sh)
+#   tests/run.sh --images            the container images, really built and run (deploy/test-images.sh);
+#                                    that for GPUs where there is nvcc ($CUDA_HOME, else /usr/local/cuda)
 #   tests/run.sh --tidy              clang-tidy over every source file, no tests
 #   tests/run.sh --all-packages      installs, too, what the tests with other people's software need (300 MB)
 #
+# IMAGES_FOLDER=FOLDER keeps what --images makes for the next time.
 # The last line is the summary; the exit status is 0 only if everything passed.
 set -euo pipefail
 
@@ -21,6 +23,7 @@ filter=
 fuzz_seconds=
 races=false
 tidy=false
+images=false
 all_packages=false
 while [[ $# -gt 0 ]]; do
   case "$1" in
@@ -29,11 +32,11 @@ while [[ $# -gt 0 ]]; do
     --races) preset=tsan; races=true ;;
     --fuzz) fuzz_seconds="${2:?--fuzz needs seconds}"; shift ;;
     --tidy) tidy=true ;;
-    --images) exec deploy/test-images.sh ;;
+    --images) images=true ;;
     --all-packages) all_packages=true ;;
     --filter) filter="${2:?--filter needs a regular expression}"; shift ;;
     --filter=*) filter="${1#--filter=}" ;;
-    -h|--help) sed -n '2,14s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h|--help) sed -n '2,16s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "tests/run.sh: unknown option $1; see --help" >&2; exit 2 ;;
   esac
   shift
@@ -49,6 +52,19 @@ on_exit() {
   fi
 }
 trap on_exit EXIT
+
+if $images; then
+  step="building and running images"
+  # One folder, so that both share the base and what the compiler has done.
+  folder=${IMAGES_FOLDER:-$(mktemp -d)}
+  for options in "" "--cuda ${CUDA_HOME:-/usr/local/cuda}"; do
+    # shellcheck disable=SC2086  # options of several words
+    deploy/test-images.sh --keep "$folder" $options
+  done
+  if [[ -z ${IMAGES_FOLDER:-} ]]; then rm -rf "$folder"; fi
+  printf '\ntests/run.sh: PASSED (images, %d s)\n' "$((SECONDS - started))"
+  exit 0
+fi
 
 step="installing packages"
 say "Packages"
