@@ -14,7 +14,7 @@ namespace {
 
 // The smallest interval that the other side permits, and the patience for its answer: a node that
 // is cut off is noticed within the sum.
-constexpr int kPingMilliseconds = 30'000;
+constexpr int kPingMilliseconds = 10'000;
 constexpr int kPingPatienceMilliseconds = 10'000;
 
 }  // namespace
@@ -155,6 +155,8 @@ std::shared_ptr<grpc::Channel> GrpcJobRelay::ChannelLocked(const std::string& ad
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kPingMilliseconds);
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingPatienceMilliseconds);
+    // A relay sends nothing; gRPC would stop asking after two pings.
+    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     channel = grpc::CreateCustomChannel(address, options_.credentials, arguments);
   }
   return channel;

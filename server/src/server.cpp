@@ -38,7 +38,11 @@ constexpr char kBlobsService[] = "amhex.v1.Blobs";
 constexpr char kWorkerService[] = "worker";
 constexpr int kMaxStreamsPerConnection = 1024;
 constexpr int kMaxMetadataBytes = 16 * 1024;
-constexpr int kMinPingIntervalMilliseconds = 30'000;
+// Half of what the client library and other nodes do.
+constexpr int kMinPingIntervalMilliseconds = 5'000;
+// Callers that vanish without a word are noticed, and what they watched is let go.
+constexpr int kPingMilliseconds = 30'000;
+constexpr int kPingPatienceMilliseconds = 20'000;
 
 // Removes a folder at the end.
 struct TemporaryFolder {
@@ -165,6 +169,9 @@ absl::Status Server::Parts::StartGrpc() {
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxMetadataBytes);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
                              kMinPingIntervalMilliseconds);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kPingMilliseconds);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingPatienceMilliseconds);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   builder.RegisterService(meshing_service.get());
   builder.RegisterService(blob_service.get());
   grpc_server = builder.BuildAndStart();

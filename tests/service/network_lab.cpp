@@ -8,7 +8,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 
 #include "absl/strings/str_cat.h"
 
@@ -33,14 +35,17 @@ std::string CableOf(Network network, int number) { return absl::StrCat(NameOf(ne
 }  // namespace
 
 bool EnterNetworkLab() {
-  if (unshare(CLONE_NEWNET) != 0 || !Run("ip link set lo up")) return false;
+  if (unshare(CLONE_NEWNET) != 0) {
+    EXPECT_EQ(errno, EPERM) << std::strerror(errno);
+    return false;
+  }
+  EXPECT_TRUE(Run("ip link set lo up")) << "iproute2 is missing";
   for (const Network network : {Network::kDatabase, Network::kCallers}) {
     const std::string name = NameOf(network);
-    if (!Run("ip link add " + name + " type bridge") ||
-        !Run(absl::StrCat("ip addr add ", AddressIn(network, 1), "/24 dev ", name)) ||
-        !Run("ip link set " + name + " up")) {
-      return false;
-    }
+    // What is permitted by then may still be unknown to the kernel: it may have no bridges.
+    if (!Run("ip link add " + name + " type bridge")) return false;
+    EXPECT_TRUE(Run(absl::StrCat("ip addr add ", AddressIn(network, 1), "/24 dev ", name)));
+    EXPECT_TRUE(Run("ip link set " + name + " up"));
   }
   return true;
 }

@@ -14,7 +14,8 @@ namespace amhex::server {
 enum class Network { kDatabase, kCallers };
 
 // Moves this process into a fresh network namespace, before it has threads or sockets. False where
-// that is not permitted or iproute2 is missing.
+// the kernel does not permit that or has no bridges; all else that goes wrong is a failed
+// expectation.
 bool EnterNetworkLab();
 
 // A place for a node, with a cable into both networks.

@@ -1,4 +1,9 @@
 // A cluster on networks whose cables are pulled: packets are lost, and nobody is told.
+#include <atomic>
+#include <iostream>
+#include <thread>
+
+#include "amhex/client.h"
 #include "cluster_fixture.h"
 #include "files.h"
 #include "job_watcher.h"
@@ -28,7 +33,7 @@ class Lab {
 class PartitionTest : protected Lab, public ClusterTest {
  protected:
   void SetUp() override {
-    if (!InLab()) GTEST_SKIP() << "needs root, network namespaces and iproute2";
+    if (!InLab()) GTEST_SKIP() << "needs root, and a kernel with network namespaces and bridges";
     lease_seconds_ = kShortLeaseSeconds;
     for (int number = 0; number < 2; ++number) {
       machines_.push_back(std::make_unique<LabMachine>(2 + number));
@@ -108,6 +113,37 @@ TEST_F(PartitionTest, CallerWhoseNodeIsCutOffGoesOnAtAnother) {
   }
   EXPECT_TRUE(stream->Finish().ok());
   EXPECT_EQ(frame.job().state(), Job::SUCCEEDED);
+}
+
+// Nobody tells the client that its node is gone, and it has nothing to send: it has to ask.
+TEST_F(PartitionTest, ClientLibraryNoticesThatItsNodeIsGoneAndGoesOnAtAnother) {
+  const std::string name = SubmitWaiting(0, "mesh");
+  ASSERT_TRUE(HasStarted("mesh"));
+  client::ClientOptions options;
+  options.address = "ipv4:" + nodes_[0]->address() + "," + nodes_[1]->address();
+  std::atomic<bool> is_watching{false};
+  std::atomic<bool> has_broken{false};
+  std::atomic<bool> goes_on{false};
+  absl::StatusOr<Job> final;
+  std::jthread watching([&] {
+    client::Client client(options);
+    client::WatchOptions watch;
+    watch.on_frame = [&](const amhex::v1::WatchJobResponse&) {
+      (has_broken ? goes_on : is_watching) = true;
+    };
+    watch.on_reconnect = [&](const absl::Status&) { has_broken = true; };
+    final = client.Watch(name, watch);
+  });
+  ASSERT_TRUE(Eventually([&] { return is_watching.load(); }, kPatience));
+  ASSERT_FALSE(has_broken);
+  machines_[0]->Pull(Network::kCallers);
+  const absl::Time cut = absl::Now();
+  ASSERT_TRUE(Eventually([&] { return goes_on.load(); }, kPatience));
+  std::cout << "  goes on after " << absl::Now() - cut << "\n";
+  LetGo();
+  watching.join();
+  ASSERT_TRUE(final.ok()) << final.status();
+  EXPECT_EQ(final->state(), Job::SUCCEEDED);
 }
 
 }  // namespace

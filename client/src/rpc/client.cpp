@@ -11,12 +11,19 @@ namespace {
 
 // Inputs up to this size travel in the SubmitJob call, if the server's limit allows.
 constexpr int64_t kInlineBytes = 256 * 1024;
-// The server sends a frame at least every 15 s; after this silence the connection is made anew.
-constexpr int kKeepaliveMilliseconds = 60'000;
+// While calls wait, a connection that is silent for this long is asked whether it still carries
+// anything. Servers permit it every five seconds.
+constexpr int kPingMilliseconds = 10'000;
+// Without an answer for this long it is given up, and its calls go on at the next address. Enough
+// for answers that queue behind an upload on a slow line.
+constexpr int kPingPatienceMilliseconds = 10'000;
 
 grpc::ChannelArguments ChannelArguments() {
   grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMilliseconds);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kPingMilliseconds);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingPatienceMilliseconds);
+  // Whoever watches sends nothing; gRPC would stop asking after two pings.
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // Reconnect soon after a restart of the server; Patience spaces the calls.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
