@@ -29,7 +29,7 @@ SPLIT = {
     "amhex_build_info": "version",
 }
 # Every node of a cluster tells the same of what they share.
-SHARED = {"amhex_jobs", "amhex_queue_oldest_age_seconds", "amhex_blob_store_bytes"}
+SHARED = {"amhex_jobs", "amhex_queue_cost_seconds", "amhex_queue_oldest_age_seconds", "amhex_blob_store_bytes"}
 WIDTH, HEIGHT, COLUMNS = 8, 7, 3
 
 

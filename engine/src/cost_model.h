@@ -17,4 +17,9 @@ inline constexpr int64_t ExpectedMemoryBytes(int64_t cell_count, int64_t input_e
   return kBytesAtRest + kBytesPerCell * cell_count + kBytesPerInputElement * input_elements;
 }
 
+inline constexpr double ExpectedSeconds(int64_t cell_count, int64_t input_elements) {
+  return kSecondsPerCell * static_cast<double>(cell_count) +
+         kSecondsPerInputElement * static_cast<double>(input_elements);
+}
+
 }  // namespace amhex

@@ -89,8 +89,7 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   CostEstimate estimate;
   estimate.cell_count = std::max<int64_t>(1, std::llround(cells));
   estimate.memory_bytes = ExpectedMemoryBytes(estimate.cell_count, element_count);
-  estimate.seconds = kSecondsPerCell * static_cast<double>(estimate.cell_count) +
-                     kSecondsPerInputElement * static_cast<double>(element_count);
+  estimate.seconds = ExpectedSeconds(estimate.cell_count, element_count);
   const int64_t limit = params.run.memory_limit_bytes;
   if (limit > 0 && estimate.memory_bytes > limit) {
     return absl::ResourceExhaustedError(absl::StrCat("about ", estimate.memory_bytes,
@@ -100,11 +99,16 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   return estimate;
 }
 
-int64_t PredictMemoryBytes(const MeshingParams& params, int64_t input_element_count) {
+CostEstimate PredictCost(const MeshingParams& params, int64_t input_element_count) {
   const SizingParams& sizing = params.sizing;
-  if (sizing.cell_count <= 0 && sizing.edge_length > 0) return 0;
+  const bool is_told = sizing.cell_count > 0 || sizing.edge_length <= 0;
   const int64_t cells = sizing.cell_count > 0 ? sizing.cell_count : kMaxDefaultCellCount;
-  return ExpectedMemoryBytes(cells, input_element_count);
+  CostEstimate estimate;
+  estimate.seconds = ExpectedSeconds(cells, input_element_count);
+  if (!is_told) return estimate;
+  estimate.cell_count = cells;
+  estimate.memory_bytes = ExpectedMemoryBytes(cells, input_element_count);
+  return estimate;
 }
 
 }  // namespace amhex

@@ -171,7 +171,7 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
     const auto submit = [&]() -> absl::StatusOr<SubmittedJob> {
       AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, AdmitInput(caller, request));
       NewJob fresh = MakeNewJob(caller, request, input.blob, admission);
-      AMHEX_ASSIGN_OR_RETURN(fresh.memory_bytes, AdmitMemory(request.params(), input));
+      AMHEX_ASSIGN_OR_RETURN(fresh.cost, AdmitCost(request.params(), input));
       return store_->Submit(fresh, options_.limits.max_queued_job_count, absl::Now());
     };
     auto stored = submit();

@@ -76,9 +76,9 @@ class JobManager {
     // Build of the engine, part of the key under which results are shared; empty: none are.
     std::string engine_build;
     absl::Duration lease = absl::Seconds(30);
-    // What a job will need, from its parameters and the input's element count; 0 where these do not
-    // tell, then unknown_memory_bytes are set aside. Null: memory is not counted.
-    std::function<int64_t(const amhex::v1::MeshingParams&, int64_t)> predict_memory;
+    // What a job will need, from its parameters and the input's element count; no memory where
+    // these do not tell, then unknown_memory_bytes are set aside. Null: nothing is counted.
+    std::function<ExpectedCost(const amhex::v1::MeshingParams&, int64_t)> predict_cost;
     int64_t unknown_memory_bytes = 0;
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
@@ -170,9 +170,9 @@ class JobManager {
   absl::Status CheckDraining() const;
   NewJob MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
                     const amhex::v1::BlobRef& input, const Admission& admission);
-  // Bytes to set aside for a job; RESOURCE_EXHAUSTED OUT_OF_MEMORY when it can never run here.
-  absl::StatusOr<int64_t> AdmitMemory(const amhex::v1::MeshingParams& params,
-                                      const AdmittedInput& input) const;
+  // What to set aside for a job; RESOURCE_EXHAUSTED OUT_OF_MEMORY when it can never run here.
+  absl::StatusOr<ExpectedCost> AdmitCost(const amhex::v1::MeshingParams& params,
+                                         const AdmittedInput& input) const;
   int64_t MostMemoryOfOneJob() const;
   // Of the budget of the running jobs.
   int64_t FreeMemory();

@@ -339,6 +339,9 @@ void JobManager::TendQueue() {
   const auto oldest = store_->OldestQueued();
   const bool waiting = oldest.ok() && oldest->has_value();
   metrics_->queue_oldest_age_seconds.Set(waiting ? absl::ToDoubleSeconds(now - **oldest) : 0);
+  if (const auto cost = store_->QueuedCost(); cost.ok()) {
+    metrics_->queue_cost_seconds.Set(absl::ToDoubleSeconds(*cost));
+  }
   metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
 }
 

@@ -112,13 +112,14 @@ absl::StatusOr<AdmittedInput> JobManager::AdmitInput(const Caller& caller,
   return AdmittedInput{input, *elements};
 }
 
-absl::StatusOr<int64_t> JobManager::AdmitMemory(const amhex::v1::MeshingParams& params,
-                                                const AdmittedInput& input) const {
-  if (!options_.predict_memory) return 0;
-  const int64_t predicted = options_.predict_memory(params, input.element_count);
-  if (predicted <= 0) return options_.unknown_memory_bytes;
+absl::StatusOr<ExpectedCost> JobManager::AdmitCost(const amhex::v1::MeshingParams& params,
+                                                   const AdmittedInput& input) const {
+  if (!options_.predict_cost) return ExpectedCost();
+  ExpectedCost cost = options_.predict_cost(params, input.element_count);
+  const int64_t predicted = cost.memory_bytes;
+  if (predicted <= 0) cost.memory_bytes = options_.unknown_memory_bytes;
   const int64_t limit = MostMemoryOfOneJob();
-  if (predicted <= limit) return predicted;
+  if (predicted <= limit) return cost;
   return MakeError(
       absl::StatusCode::kResourceExhausted, amhex::v1::OUT_OF_MEMORY,
       "the job is expected to need " + std::to_string(predicted) + " bytes; a job may take " +

@@ -33,6 +33,12 @@ struct Tenant {
   int64_t max_blob_bytes = 0;    // owned at the same time; the caller of the store sees to it
 };
 
+// What a job is expected to take.
+struct ExpectedCost {
+  int64_t memory_bytes = 0;  // peak of the worker; 0: not known
+  absl::Duration duration;   // of one attempt, on one core
+};
+
 struct NewJob {
   std::string id;  // a fresh UUID
   Tenant tenant;
@@ -40,9 +46,9 @@ struct NewJob {
   std::string request_hash;  // digest of the request; compared when request_id repeats
   // Jobs of one tenant with the same key have the same result; empty: never shared.
   std::string cache_key;
-  int64_t memory_bytes = 0;  // expected peak of the worker; 0: not known
-  amhex::v1::Job job;        // input, encoding, params, priority, labels, timeouts, max_attempts
-  absl::Duration ttl;        // from the job's end to its removal
+  ExpectedCost cost;
+  amhex::v1::Job job;  // input, encoding, params, priority, labels, timeouts, max_attempts
+  absl::Duration ttl;  // from the job's end to its removal
 };
 
 struct SubmittedJob {
@@ -155,6 +161,8 @@ class JobStore {
   virtual absl::StatusOr<std::map<amhex::v1::Job::State, int64_t>> CountByState() = 0;
   // When the oldest queued job was created.
   virtual absl::StatusOr<std::optional<absl::Time>> OldestQueued() = 0;
+  // How long the queued jobs are expected to take, together.
+  virtual absl::StatusOr<absl::Duration> QueuedCost() = 0;
 
   // Notes that a tenant owns a blob: it uploaded it, or a job of its names it. Renews `now`.
   virtual absl::Status GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,

@@ -51,6 +51,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
                                "Attempts whose lease ended without news.")),
       queue_oldest_age_seconds(
           OneGauge(*registry, "amhex_queue_oldest_age_seconds", "Age of the oldest queued job.")),
+      queue_cost_seconds(OneGauge(*registry, "amhex_queue_cost_seconds",
+                                  "Time that the queued jobs are expected to take one core.")),
       watchers(OneGauge(*registry, "amhex_watchers", "Streams that watch a job.")),
       blob_store_bytes(
           OneGauge(*registry, "amhex_blob_store_bytes", "Bytes of all complete blobs.")),

@@ -33,6 +33,7 @@ class Metrics {
   // Gauges.
   prometheus::Gauge& JobsInState(const std::string& state);
   prometheus::Gauge& queue_oldest_age_seconds;
+  prometheus::Gauge& queue_cost_seconds;
   prometheus::Gauge& watchers;
   prometheus::Gauge& blob_store_bytes;
   prometheus::Gauge& workers_ready;

@@ -25,6 +25,7 @@ CREATE TABLE IF NOT EXISTS job (
   state smallint NOT NULL CHECK (state BETWEEN 1 AND 5),
   queue_key bigint NOT NULL,
   memory_bytes bigint NOT NULL,
+  expected_micros bigint NOT NULL DEFAULT 0,
   spec bytea NOT NULL,
   outcome bytea,
   input_sha256 text NOT NULL,
@@ -71,10 +72,16 @@ CREATE TABLE IF NOT EXISTS blob_owner (
 CREATE INDEX IF NOT EXISTS blob_owner_sha256 ON blob_owner(sha256);
 CREATE SEQUENCE IF NOT EXISTS generation;
 CREATE TABLE IF NOT EXISTS schema_version (number integer NOT NULL);
-INSERT INTO schema_version SELECT 1 WHERE NOT EXISTS (SELECT 1 FROM schema_version);
+INSERT INTO schema_version SELECT 2 WHERE NOT EXISTS (SELECT 1 FROM schema_version);
 )sql";
 
-inline constexpr int kPostgresSchemaVersion = 1;
+// Version 1 did not know how long jobs are expected to take. Its nodes that still run go on.
+inline constexpr char kPostgresFromVersion1[] = R"sql(
+ALTER TABLE job ADD COLUMN expected_micros bigint NOT NULL DEFAULT 0;
+UPDATE schema_version SET number = 2;
+)sql";
+
+inline constexpr int kPostgresSchemaVersion = 2;
 
 // Every node waits for it before it looks at the schema; any number that nothing else uses.
 inline constexpr int64_t kSchemaLock = 0x616d686578;

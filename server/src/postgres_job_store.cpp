@@ -68,7 +68,8 @@ absl::Status PostgresJobStore::BringSchemaUpToDate() {
     AMHEX_RETURN_IF_ERROR(db.Execute(kPostgresSchema));
     AMHEX_ASSIGN_OR_RETURN(auto rows, db.Run("SELECT number FROM schema_version"));
     const int64_t found = rows.Next() ? rows.IntColumn(0) : 0;
-    if (found <= kPostgresSchemaVersion) return absl::OkStatus();
+    if (found == 1) return db.Execute(kPostgresFromVersion1);
+    if (found == kPostgresSchemaVersion) return absl::OkStatus();
     return absl::FailedPreconditionError("the job store has version " + std::to_string(found) +
                                          ", this server knows up to " +
                                          std::to_string(kPostgresSchemaVersion));

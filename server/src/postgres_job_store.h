@@ -61,6 +61,7 @@ class PostgresJobStore : public JobStore {
   absl::StatusOr<std::vector<std::string>> RemoveOldestFinal(int count, absl::Time before) override;
   absl::StatusOr<std::map<amhex::v1::Job::State, int64_t>> CountByState() override;
   absl::StatusOr<std::optional<absl::Time>> OldestQueued() override;
+  absl::StatusOr<absl::Duration> QueuedCost() override;
   absl::Status GrantBlob(const std::string& tenant, const amhex::v1::BlobRef& blob,
                          absl::Time now) override;
   absl::StatusOr<bool> OwnsBlob(const std::string& tenant, const std::string& sha256) override;

@@ -78,7 +78,8 @@ absl::Status PostgresJobStore::Insert(PostgresConnection& db, const NewJob& job,
   values.Text(job.request_hash);
   job.cache_key.empty() ? values.Null() : values.Text(job.cache_key);
   values.Int(now + absl::ToInt64Microseconds(job.job.priority() * kPriorityStep));
-  values.Int(job.memory_bytes).Bytes(job.job.SerializeAsString());
+  values.Int(job.cost.memory_bytes).Int(absl::ToInt64Microseconds(job.cost.duration));
+  values.Bytes(job.job.SerializeAsString());
   values.Text(job.job.input().sha256()).Int(now);
   job.job.has_queue_timeout()
       ? values.Int(now + absl::ToInt64Microseconds(FromProto(job.job.queue_timeout())))
@@ -87,8 +88,9 @@ absl::Status PostgresJobStore::Insert(PostgresConnection& db, const NewJob& job,
   return db
       .Run(
           "INSERT INTO job(id, tenant, request_id, request_hash, cache_key, state, queue_key,"
-          " memory_bytes, spec, input_sha256, create_time, not_before, queue_deadline, ttl,"
-          " max_attempts) VALUES ($1, $2, $3, $4, $5, 1, $6, $7, $8, $9, $10, $10, $11, $12, $13)",
+          " memory_bytes, expected_micros, spec, input_sha256, create_time, not_before,"
+          " queue_deadline, ttl, max_attempts)"
+          " VALUES ($1, $2, $3, $4, $5, 1, $6, $7, $8, $9, $10, $11, $11, $12, $13, $14)",
           values)
       .status();
 }

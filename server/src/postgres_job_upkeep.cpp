@@ -114,6 +114,13 @@ absl::StatusOr<std::optional<absl::Time>> PostgresJobStore::OldestQueued() {
   return std::optional<absl::Time>(absl::FromUnixMicros(micros - clock_offset_micros_));
 }
 
+absl::StatusOr<absl::Duration> PostgresJobStore::QueuedCost() {
+  AMHEX_ASSIGN_OR_RETURN(
+      const int64_t micros,
+      Number("SELECT coalesce(sum(expected_micros), 0)::bigint FROM job WHERE state = 1", {}));
+  return absl::Microseconds(micros);
+}
+
 absl::StatusOr<bool> PostgresJobStore::OwnsBlob(const std::string& tenant,
                                                 const std::string& sha256) {
   AMHEX_ASSIGN_OR_RETURN(const int64_t count,

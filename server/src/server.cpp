@@ -125,8 +125,9 @@ absl::Status Server::Parts::OpenStores() {
   manager_options.limits = options.limits;
   if (options.share_results) manager_options.engine_build = EngineVersion();
   manager_options.lease = options.lease;
-  manager_options.predict_memory = [](const amhex::v1::MeshingParams& params, int64_t elements) {
-    return PredictMemoryBytes(ToEngine(params), elements);
+  manager_options.predict_cost = [](const amhex::v1::MeshingParams& params, int64_t elements) {
+    const CostEstimate cost = PredictCost(ToEngine(params), elements);
+    return ExpectedCost{cost.memory_bytes, absl::Seconds(cost.seconds)};
   };
   manager_options.unknown_memory_bytes =
       options.limits.max_running_memory_bytes / std::max(options.worker_count, 1);

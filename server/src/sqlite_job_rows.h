@@ -24,6 +24,7 @@ CREATE TABLE IF NOT EXISTS job (
   state INTEGER NOT NULL CHECK (state BETWEEN 1 AND 5),
   queue_key INTEGER NOT NULL,
   memory_bytes INTEGER NOT NULL,
+  expected_micros INTEGER NOT NULL DEFAULT 0,
   spec BLOB NOT NULL,
   outcome BLOB,
   input_sha256 TEXT NOT NULL,
@@ -87,6 +88,10 @@ INSERT OR IGNORE INTO blob_owner SELECT 'default', result_sha256, 0, create_time
 DROP TABLE job_version_1;
 )sql";
 
-inline constexpr int kSchemaVersion = 2;
+// Version 2 did not know how long jobs are expected to take.
+inline constexpr char kFromVersion2[] =
+    "ALTER TABLE job ADD COLUMN expected_micros INTEGER NOT NULL DEFAULT 0";
+
+inline constexpr int kSchemaVersion = 3;
 
 }  // namespace amhex::server

@@ -46,6 +46,7 @@ absl::Status SqliteJobStore::BringSchemaUpToDate() {
   SqliteTransaction transaction(database_.get());
   AMHEX_RETURN_IF_ERROR(transaction.status());
   if (found == 1) AMHEX_RETURN_IF_ERROR(database_->Execute(kLeaveVersion1));
+  if (found == 2) AMHEX_RETURN_IF_ERROR(database_->Execute(kFromVersion2));
   AMHEX_RETURN_IF_ERROR(database_->Execute(kSchema));
   if (found == 1) AMHEX_RETURN_IF_ERROR(database_->Execute(kFillFromVersion1));
   AMHEX_RETURN_IF_ERROR(
@@ -110,15 +111,16 @@ absl::Status SqliteJobStore::InsertLocked(const NewJob& job, absl::Time now) {
   AMHEX_ASSIGN_OR_RETURN(
       auto insert,
       database_->Prepare("INSERT INTO job(id, tenant, request_id, request_hash, cache_key, state,"
-                         " queue_key, memory_bytes, spec, input_sha256, create_time, not_before,"
-                         " queue_deadline, ttl, max_attempts)"
-                         " VALUES(?,?,?,?,?,1,?,?,?,?,?,?,?,?,?)"));
+                         " queue_key, memory_bytes, expected_micros, spec, input_sha256,"
+                         " create_time, not_before, queue_deadline, ttl, max_attempts)"
+                         " VALUES(?,?,?,?,?,1,?,?,?,?,?,?,?,?,?,?)"));
   const int64_t create_time = absl::ToUnixMicros(now);
   insert.Text(job.id).Text(job.tenant.name);
   job.request_id.empty() ? insert.Null() : insert.Text(job.request_id);
   insert.Text(job.request_hash);
   job.cache_key.empty() ? insert.Null() : insert.Text(job.cache_key);
-  insert.Int(absl::ToUnixMicros(now + job.job.priority() * kPriorityStep)).Int(job.memory_bytes);
+  insert.Int(absl::ToUnixMicros(now + job.job.priority() * kPriorityStep));
+  insert.Int(job.cost.memory_bytes).Int(absl::ToInt64Microseconds(job.cost.duration));
   insert.Blob(job.job.SerializeAsString()).Text(job.job.input().sha256());
   insert.Int(create_time).Int(create_time);
   job.job.has_queue_timeout()

@@ -124,6 +124,14 @@ absl::StatusOr<std::optional<absl::Time>> SqliteJobStore::OldestQueued() {
   return std::optional<absl::Time>(absl::FromUnixMicros(select.IntColumn(0)));
 }
 
+absl::StatusOr<absl::Duration> SqliteJobStore::QueuedCost() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  AMHEX_ASSIGN_OR_RETURN(
+      const int64_t micros,
+      database_->QueryInt("SELECT coalesce(sum(expected_micros), 0) FROM job WHERE state = 1"));
+  return absl::Microseconds(micros);
+}
+
 absl::Status SqliteJobStore::GrantLocked(const std::string& tenant, const amhex::v1::BlobRef& blob,
                                          absl::Time now) {
   AMHEX_ASSIGN_OR_RETURN(auto grant,

@@ -93,14 +93,6 @@ class Manifests(unittest.TestCase):
             for trigger in scaled["triggers"]:
                 self.assertIn(("TriggerAuthentication", trigger["authenticationRef"]["name"]), objects)
 
-    def test_the_autoscaler_asks_the_queue_what_it_can_answer(self):
-        schema = (ROOT / "server/src/postgres_job_rows.h").read_text()
-        for overlay in OVERLAYS:
-            for trigger in self.objects(overlay)["ScaledObject", "amhex"]["spec"]["triggers"]:
-                table, column = re.search(r" FROM (\w+) WHERE (\w+) IN", trigger["metadata"]["query"]).groups()
-                columns = re.search(r"CREATE TABLE IF NOT EXISTS %s\b\s*\((.*?)\);" % table, schema, re.S).group(1)
-                self.assertRegex(columns, r"\b%s " % column)
-
     def test_flags_exist_and_leave_time_to_drain(self):
         source = (ROOT / "server/src/server_options.cpp").read_text()
         for overlay in OVERLAYS:

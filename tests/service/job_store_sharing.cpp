@@ -162,7 +162,7 @@ TEST_P(JobStoreLaws, WaitingMakesUpForPriority) {
 
 TEST_P(JobStoreLaws, JobsLargerThanTheClaimantAreLeftForOthers) {
   NewJob large = Make();
-  large.memory_bytes = 1000;
+  large.cost.memory_bytes = 1000;
   Submit(large);
   const std::string small = Submit(Make());
   Claimant claimant = AnyJob();
@@ -173,15 +173,32 @@ TEST_P(JobStoreLaws, JobsLargerThanTheClaimantAreLeftForOthers) {
   EXPECT_EQ(Claim().id, large.id);
 }
 
+TEST_P(JobStoreLaws, CostOfTheQueueIsThatOfTheJobsThatWait) {
+  EXPECT_EQ(*store_->QueuedCost(), absl::ZeroDuration());
+  NewJob first = Make(), second = Make();
+  first.cost.duration = absl::Seconds(2.5);
+  second.cost.duration = absl::Hours(3);
+  Submit(first);
+  Submit(second);
+  Reopen();
+  EXPECT_EQ(*store_->QueuedCost(), absl::Seconds(2.5) + absl::Hours(3));
+  const ClaimedJob claimed = Claim();
+  ASSERT_EQ(claimed.id, first.id);
+  EXPECT_EQ(*store_->QueuedCost(), absl::Hours(3));
+  ASSERT_TRUE(
+      store_->Release(claimed.id, claimed.epoch, ReleaseMode::kGiveAttemptBack, now_, now_).ok());
+  EXPECT_EQ(*store_->QueuedCost(), absl::Seconds(2.5) + absl::Hours(3));
+}
+
 TEST_P(JobStoreLaws, SmallJobsOvertakeOneThatDoesNotFitNowButNotForEver) {
   NewJob large = Make();
-  large.memory_bytes = 1000;
+  large.cost.memory_bytes = 1000;
   Submit(large);
   NewJob small = Make();
-  small.memory_bytes = 100;
+  small.cost.memory_bytes = 100;
   Submit(small);
   NewJob other = Make();
-  other.memory_bytes = 100;
+  other.cost.memory_bytes = 100;
   Submit(other);
   Claimant claimant = AnyJob();
   claimant.total_memory_bytes = 1000;

@@ -66,7 +66,7 @@ class History {
     job.request_id = std::to_string(Roll(30));
     job.request_hash = "hash";
     if (Roll(3) == 0) job.cache_key = std::to_string(Roll(3));
-    job.memory_bytes = Roll(3);
+    job.cost.memory_bytes = Roll(3);
     job.ttl = absl::Hours(1000);
     job.job.set_priority(Roll(101));
     job.job.set_max_attempts(kMaxAttempts);

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <fstream>
 #include <set>
+#include <string>
 #include <thread>
 
 #include "blob_store.h"
@@ -75,6 +77,73 @@ TEST_F(PostgresJobStoreTest, NodesThatOpenAnEmptyDatabaseTogetherAgreeOnItsSchem
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(opened, 4);
+}
+
+// A node of the earlier release runs on while the first of this one brings the schema up to date.
+TEST_F(PostgresJobStoreTest, QueueThatKnowsNoCostsGoesOnAndLearnsThem) {
+  Open(At(url_));
+  auto connection = PostgresConnection::Open(url_, absl::Seconds(5));
+  ASSERT_TRUE(connection.ok());
+  ASSERT_TRUE((*connection)
+                  ->Execute("ALTER TABLE job DROP COLUMN expected_micros;"
+                            " UPDATE schema_version SET number = 1")
+                  .ok());
+  ASSERT_TRUE((*connection)
+                  ->Execute("INSERT INTO job(id, tenant, request_hash, state, queue_key,"
+                            " memory_bytes, spec, input_sha256, create_time, not_before, ttl,"
+                            " max_attempts) VALUES ('old', 'default', 'hash', 1, 0, 0, '', 'input',"
+                            " 0, 0, 60, 3)")
+                  .ok());
+  const auto store = Open(At(url_));
+  EXPECT_EQ(*store->QueuedCost(), absl::ZeroDuration());
+  NewJob fresh = Make();
+  fresh.cost.duration = absl::Minutes(1);
+  ASSERT_TRUE(store->Submit(fresh, kManyJobs, absl::Now()).ok());
+  EXPECT_EQ(*store->QueuedCost(), absl::Minutes(1));
+  EXPECT_EQ(store->Get("old")->state(), Job::QUEUED);
+  ASSERT_TRUE((*connection)
+                  ->Execute("INSERT INTO job(id, tenant, request_hash, state, queue_key,"
+                            " memory_bytes, spec, input_sha256, create_time, not_before, ttl,"
+                            " max_attempts) VALUES ('late', 'default', 'hash', 1, 0, 0, '',"
+                            " 'input', 0, 0, 60, 3)")
+                  .ok());
+  EXPECT_EQ(*Open(At(url_))->QueuedCost(), absl::Minutes(1));
+}
+
+// What deploy/kubernetes/base/autoscaling.yaml asks, in its order.
+TEST_F(PostgresJobStoreTest, QueriesOfTheAutoscalerTellTheCostOfTheQueueAndWhoIsNeeded) {
+  std::vector<std::string> queries;
+  std::ifstream manifest(AMHEX_AUTOSCALER);
+  for (std::string line; std::getline(manifest, line);) {
+    const size_t start = line.find("query: ");
+    if (start != std::string::npos) queries.push_back(line.substr(start + 7));
+  }
+  ASSERT_EQ(queries.size(), 2U);
+  const auto store = Open(At(url_));
+  auto connection = PostgresConnection::Open(url_, absl::Seconds(5));
+  ASSERT_TRUE(connection.ok());
+  const auto answers = [&](int64_t cost, int64_t needed) {
+    std::vector<int64_t> found;
+    for (const std::string& query : queries) {
+      auto rows = (*connection)->Run("SELECT answer::bigint FROM (" + query + ") AS one(answer)");
+      ASSERT_TRUE(rows.ok() && rows->Next()) << query;
+      found.push_back(rows->IntColumn(0));
+      EXPECT_FALSE(rows->Next());
+    }
+    EXPECT_EQ(found, (std::vector<int64_t>{cost, needed}));
+  };
+  answers(0, 0);
+  for (int i = 0; i < 3; ++i) {
+    NewJob fresh = Make();
+    fresh.cost.duration = absl::Minutes(10);
+    ASSERT_TRUE(store->Submit(fresh, kManyJobs, absl::Now()).ok());
+  }
+  answers(1800, 1);
+  Claimant claimant = AnyJob();
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE((*store->Claim(claimant, absl::Now())).has_value());
+  answers(600, 3);
+  ASSERT_TRUE((*store->Claim(claimant, absl::Now())).has_value());
+  answers(0, 3);
 }
 
 TEST_F(PostgresJobStoreTest, LaterSchemaIsRefused) {

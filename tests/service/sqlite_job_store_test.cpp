@@ -85,6 +85,29 @@ TEST(SqliteJobStore, QueueOfTheFirstReleaseGoesOn) {
   EXPECT_EQ((*claimed)->id, "running");
 }
 
+TEST(SqliteJobStore, QueueThatKnowsNoCostsGoesOnAndLearnsThem) {
+  TemporaryFolder folder;
+  NewJob fresh;
+  fresh.id = "waiting";
+  fresh.job.set_max_attempts(3);
+  fresh.cost.duration = absl::Minutes(1);
+  ASSERT_TRUE((*SqliteJobStore::Open(folder / "jobs.db"))->Submit(fresh, 10, absl::Now()).ok());
+  {
+    auto database = SqliteDatabase::Open(folder / "jobs.db");
+    ASSERT_TRUE(database.ok());
+    ASSERT_TRUE((*database)
+                    ->Execute("ALTER TABLE job DROP COLUMN expected_micros; PRAGMA user_version=2")
+                    .ok());
+  }
+  auto store = SqliteJobStore::Open(folder / "jobs.db");
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_EQ((*store)->Get("waiting")->state(), Job::QUEUED);
+  EXPECT_EQ(*(*store)->QueuedCost(), absl::ZeroDuration());
+  fresh.id = "next";
+  ASSERT_TRUE((*store)->Submit(fresh, 10, absl::Now()).ok());
+  EXPECT_EQ(*(*store)->QueuedCost(), absl::Minutes(1));
+}
+
 TEST(SqliteJobStore, QueueOfALaterReleaseIsRefused) {
   TemporaryFolder folder;
   {

@@ -64,9 +64,10 @@ TEST_F(WorkerSupervisionTest, StoppingDoesNotWaitForAQuarantinedWorker) {
   EXPECT_EQ(pool_, nullptr);
 }
 
-// Predicts one byte per wanted cell; parameters with an edge length do not tell.
-int64_t PredictForTest(const amhex::v1::MeshingParams& params, int64_t) {
-  return params.sizing().edge_length() > 0 ? 0 : params.sizing().cell_count();
+// Predicts one byte and one second per wanted cell; parameters with an edge length do not tell.
+ExpectedCost PredictForTest(const amhex::v1::MeshingParams& params, int64_t) {
+  const int64_t cells = params.sizing().edge_length() > 0 ? 0 : params.sizing().cell_count();
+  return {cells, absl::Seconds(cells)};
 }
 
 class AdmissionTest : public JobManagerTest {
@@ -74,7 +75,7 @@ class AdmissionTest : public JobManagerTest {
   void StartWith(int64_t budget, int64_t worker_bytes, int worker_count) {
     options_.limits.max_running_memory_bytes = budget;
     options_.limits.max_worker_memory_bytes = worker_bytes;
-    options_.predict_memory = PredictForTest;
+    options_.predict_cost = PredictForTest;
     options_.unknown_memory_bytes = budget / worker_count;
     Start(worker_count);
   }
@@ -110,6 +111,20 @@ TEST_F(AdmissionTest, SmallJobsShareTheMemoryAndLargeOnesWaitForIt) {
   EXPECT_EQ(Get(IdOf(large)).state(), Job::QUEUED);
   std::ofstream(go) << "x";
   EXPECT_EQ(Finished(IdOf(large)).state(), Job::SUCCEEDED);
+}
+
+TEST_F(AdmissionTest, MetricTellsWhatTheQueueIsExpectedToCost) {
+  StartWith(100, 100, 1);
+  const std::string go = folder_ / "go";
+  const auto running = SubmitSized(UntilThere(go), 10);
+  ASSERT_TRUE(running.ok());
+  ASSERT_TRUE(Eventually([&] { return Get(IdOf(running)).state() == Job::RUNNING; }));
+  const auto first = SubmitSized("succeed mesh;", 20), second = SubmitSized("succeed mesh;", 30);
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_TRUE(Eventually([&] { return metrics_->queue_cost_seconds.Value() == 50; }));
+  std::ofstream(go) << "x";
+  EXPECT_EQ(Finished(IdOf(second)).state(), Job::SUCCEEDED);
+  EXPECT_TRUE(Eventually([&] { return metrics_->queue_cost_seconds.Value() == 0; }));
 }
 
 TEST_F(AdmissionTest, JobThatNeverFitsIsRefusedWithBothNumbers) {

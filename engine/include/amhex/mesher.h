@@ -44,9 +44,10 @@ struct CostEstimate {
 };
 absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingParams& params);
 
-// Its memory_bytes without the geometry, for an input of so many triangles, points or cells; 0
-// where only the geometry tells, because params.sizing gives an edge length.
-int64_t PredictMemoryBytes(const MeshingParams& params, int64_t input_element_count);
+// The same without the geometry, for an input of so many triangles, points or cells. Where only the
+// geometry tells, because params.sizing gives an edge length, cell_count and memory_bytes are 0 and
+// seconds those of the default number of cells.
+CostEstimate PredictCost(const MeshingParams& params, int64_t input_element_count);
 
 // One line per usable backend, e.g. "cpu (2 threads)"; the reason for each that is not.
 struct BackendInfo {

@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
+#include <variant>
 
 #include "amhex/mesher.h"
 #include "fixtures/solids.h"
@@ -43,6 +45,31 @@ TEST(EstimateCost, CloudsAreEstimatedByTheirBox) {
   ASSERT_TRUE(estimate.ok());
   EXPECT_GT(estimate->cell_count, 2000);
   EXPECT_LT(estimate->cell_count, 8000);
+}
+
+TEST(PredictCost, WithoutTheGeometryAWantedCellCountCostsTheSame) {
+  MeshingParams params;
+  params.sizing.cell_count = 1234;
+  const InputHull hull = fixtures::MakeSphere(1, 0.3);
+  const auto estimate = EstimateCost(hull, params);
+  ASSERT_TRUE(estimate.ok());
+  const auto triangles = static_cast<int64_t>(std::get<TriangleMesh>(hull).triangles.size());
+  const CostEstimate predicted = PredictCost(params, triangles);
+  EXPECT_EQ(predicted.cell_count, estimate->cell_count);
+  EXPECT_EQ(predicted.memory_bytes, estimate->memory_bytes);
+  EXPECT_EQ(predicted.seconds, estimate->seconds);
+}
+
+TEST(PredictCost, AnEdgeLengthTellsNoMemoryButTheTimeOfTheDefault) {
+  MeshingParams params;
+  const CostEstimate by_default = PredictCost(params, 100);
+  EXPECT_GT(by_default.memory_bytes, 0);
+  EXPECT_GT(by_default.seconds, 0);
+  params.sizing.edge_length = 0.1;
+  const CostEstimate predicted = PredictCost(params, 100);
+  EXPECT_EQ(predicted.cell_count, 0);
+  EXPECT_EQ(predicted.memory_bytes, 0);
+  EXPECT_EQ(predicted.seconds, by_default.seconds);
 }
 
 TEST(EstimateCost, AbsurdSizesAreOutOfRangeAtOnce) {
