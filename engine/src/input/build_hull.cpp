@@ -22,6 +22,8 @@ namespace {
 
 // Of the cube of the box diagonal: a plate one millionth as thick as it is long holds more.
 constexpr double kSmallestVolumeRatio = 1e-9;
+// Of the edge length: a volume is counted to three times this share before there is a surface.
+constexpr double kSameSizeRatio = 0.02;
 // Share of this stage's time that a closed surface takes.
 constexpr double kClosedFraction = 0.7;
 
@@ -203,10 +205,15 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   }
   SizingParams sizing = params.sizing;
   AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, run));
-  if (sized.closed.user_edge_length > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
+  const double rebuilt_for = sized.closed.user_edge_length;
+  if (rebuilt_for > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
     // Only a first surface could tell the default size; the hull is the one made for that size.
-    sizing.edge_length = sized.user_edge_length;
-    AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
+    if (std::abs(sized.user_edge_length / rebuilt_for - 1) < kSameSizeRatio) {
+      sized.user_edge_length = rebuilt_for;
+    } else {
+      sizing.edge_length = sized.user_edge_length;
+      AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
+    }
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   ReportFraction(kClosedFraction, run);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace amhex {
@@ -79,9 +80,8 @@ void CloudField::FitPiece(const Vec3d& p, const Reach& reach, const SmoothPieces
   }
 }
 
-CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
-  std::vector<PointTree::Neighbour> near;
-  tree_.Nearest(p, kNeighbours, near);
+CloudField::Local CloudField::MovingLeastSquares(
+    const Vec3d& p, const std::vector<PointTree::Neighbour>& near) const {
   const auto nearest = static_cast<size_t>(near.front().index);
   Local local;
   const size_t spacing_count = std::min(near.size(), kSpacingNeighbours);
@@ -117,8 +117,7 @@ CloudField::Local CloudField::MovingLeastSquares(const Vec3d& p) const {
   return fits[static_cast<size_t>(DecidingPiece(pieces, distance))];
 }
 
-double CloudField::Value(const Vec3d& p) const {
-  const Local local = MovingLeastSquares(p);
+double CloudField::ValueOf(const Local& local, const Vec3d& p) const {
   if (local.is_near && local.ratio < kTrustedRatio) return local.distance;
   const double winding = discs_.WindingNumber(p);
   const double by_winding = (0.5 - winding) * local.unit;
@@ -128,14 +127,80 @@ double CloudField::Value(const Vec3d& p) const {
                   (kSurelyInside - winding) * local.unit);
 }
 
-Vec3d CloudField::Normal(const Vec3d& p, double spacing) const {
-  const Local local = MovingLeastSquares(p);
+template <class Ask>
+Vec3d CloudField::NormalBy(const Vec3d& p, double spacing, const Ask& local_at) const {
+  const Local local = local_at(p);
   const bool is_of_planes =
       local.is_near && local.nearness >= 1 && std::abs(local.distance) < kOffPlanes * local.unit;
   if (is_of_planes && Norm(local.gradient) > 0.1) return Normalized(local.gradient);
   const double step = spacing / 4;
-  const auto slope = [&](const Vec3d& d) { return Value(p + d) - Value(p - d); };
+  const auto value = [&](const Vec3d& q) { return ValueOf(local_at(q), q); };
+  const auto slope = [&](const Vec3d& d) { return value(p + d) - value(p - d); };
   return Normalized(Vec3d{slope({step, 0, 0}), slope({0, step, 0}), slope({0, 0, step})});
+}
+
+CloudField::Local CloudField::LocalAt(const Vec3d& p) const {
+  std::vector<PointTree::Neighbour> near;
+  tree_.Nearest(p, kNeighbours, near);
+  return MovingLeastSquares(p, near);
+}
+
+double CloudField::Value(const Vec3d& p) const { return ValueOf(LocalAt(p), p); }
+
+Vec3d CloudField::Normal(const Vec3d& p, double spacing) const {
+  return NormalBy(p, spacing, [this](const Vec3d& at) { return LocalAt(at); });
+}
+
+// Knows all samples that can be among the nearest of a point within its reach, and what they said
+// last: after the value at a point its normal is asked for. For one thread at a time.
+class CloudField::Part : public SurfaceField {
+ public:
+  Part(const CloudField& field, const Vec3d& centre, double reach)
+      : field_(field), centre_(centre), squared_reach_(reach * reach) {
+    field.tree_.Nearest(centre, kNeighbours, candidates_);
+    // A point is at most `reach` farther from the centre's neighbours than the centre is, so that
+    // its own lie at most twice that farther from the centre.
+    const double radius = std::sqrt(candidates_.back().squared_distance) + 2 * reach;
+    field.tree_.Within(centre, radius * (1 + kRounding), candidates_);
+  }
+
+  double Value(const Vec3d& p) const override {
+    last_ = {p, LocalAt(p)};
+    return field_.ValueOf(last_->second, p);
+  }
+  Vec3d Normal(const Vec3d& p, double spacing) const override {
+    return field_.NormalBy(p, spacing, [this](const Vec3d& at) {
+      return last_.has_value() && last_->first == at ? last_->second : LocalAt(at);
+    });
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
+
+  Local LocalAt(const Vec3d& p) const {
+    if (SquaredNorm(p - centre_) > squared_reach_) return field_.LocalAt(p);
+    near_ = candidates_;
+    for (PointTree::Neighbour& n : near_) {
+      n.squared_distance = SquaredNorm(field_.samples_.position[static_cast<size_t>(n.index)] - p);
+    }
+    const size_t count = std::min<size_t>(kNeighbours, near_.size());
+    const auto last = near_.begin() + static_cast<std::ptrdiff_t>(count) - 1;
+    std::nth_element(near_.begin(), last, near_.end());
+    near_.resize(count);
+    std::sort(near_.begin(), near_.end());
+    return field_.MovingLeastSquares(p, near_);
+  }
+
+  const CloudField& field_;
+  const Vec3d centre_;
+  const double squared_reach_;
+  std::vector<PointTree::Neighbour> candidates_;
+  mutable std::vector<PointTree::Neighbour> near_;  // kept for its memory
+  mutable std::optional<std::pair<Vec3d, Local>> last_;
+};
+
+std::unique_ptr<SurfaceField> CloudField::Around(const Vec3d& centre, double reach) const {
+  return std::make_unique<Part>(*this, centre, reach);
 }
 
 }  // namespace amhex

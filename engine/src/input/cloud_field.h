@@ -1,6 +1,9 @@
 // The solid that an oriented cloud describes: smooth near the samples, closed where there are none.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "input/cloud_samples.h"
 #include "input/hull_queries.h"
 #include "input/level_surface.h"
@@ -20,6 +23,7 @@ class CloudField : public SurfaceField {
 
   double Value(const Vec3d& p) const override;
   Vec3d Normal(const Vec3d& p, double spacing) const override;
+  std::unique_ptr<SurfaceField> Around(const Vec3d& centre, double reach) const override;
 
   const HullQueries& discs() const { return discs_; }
   const CloudSamples& samples() const { return samples_; }
@@ -34,7 +38,14 @@ class CloudField : public SurfaceField {
     double nearness = 0;  // [0, 1]; 1 = only the samples decide
   };
   struct Reach;
-  Local MovingLeastSquares(const Vec3d& p) const;
+  class Part;
+  // `near`: the nearest samples.
+  Local MovingLeastSquares(const Vec3d& p, const std::vector<PointTree::Neighbour>& near) const;
+  double ValueOf(const Local& local, const Vec3d& p) const;
+  // `local_at(p)` tells what the samples around p say.
+  template <class Ask>
+  Vec3d NormalBy(const Vec3d& p, double spacing, const Ask& local_at) const;
+  Local LocalAt(const Vec3d& p) const;
   static void FitPiece(const Vec3d& p, const Reach& reach, const SmoothPieces& pieces,
                        uint8_t piece, Local& local);
 

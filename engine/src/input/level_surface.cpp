@@ -20,8 +20,10 @@ constexpr int64_t kMarginCells = 4;
 // room.
 constexpr Vec3d kGridShift{0.43, 0.37, 0.31};
 constexpr int kRootSteps = 8;
-// Roots this near are good enough, in cells.
-constexpr double kRootTolerance = 1e-3;
+// Roots this near are good enough, in cells: a thousandth of an edge length.
+constexpr double kRootTolerance = 4e-3;
+// From the middle of a grid edge, in cells: its ends, and where a field looks for its slope there.
+constexpr double kEdgeReach = 0.8;
 // Directions of the normals weaker than this share of the strongest are noise (Ju et al. use 0.1).
 constexpr double kWeakestDirection = 0.15;
 // Vertices may leave their cell by this much, in cells, to reach a sharp edge just outside of it.
@@ -90,10 +92,12 @@ class DualSurface {
     double value_a = signs_.Value(crossing.node), value_b = signs_.Value(next);
     if (!crossing.inside_first) std::swap(a, b), std::swap(value_a, value_b);
     Vec3d root = (a + b) / 2.0;
+    const auto around = field_.Around(root, kEdgeReach * grid_.spacing);
+    const SurfaceField& field = around != nullptr ? *around : field_;
     for (int step = 0; step < kRootSteps; ++step) {
       const double share = value_a / (value_a - value_b);
       root = a + (b - a) * std::clamp(share, 0.1, 0.9);
-      const double value = field_.Value(root);
+      const double value = field.Value(root);
       if (std::abs(value) < kRootTolerance * grid_.spacing) break;
       if (value < 0) {
         a = root, value_a = value;
@@ -102,7 +106,7 @@ class DualSurface {
       }
     }
     crossing.position = root;
-    crossing.normal = field_.Normal(root, grid_.spacing);
+    crossing.normal = field.Normal(root, grid_.spacing);
   }
 
   // The lower corner of each of the four cells around a crossing edge, in the order of turning
@@ -218,6 +222,11 @@ class DualSurface {
 };
 
 }  // namespace
+
+std::unique_ptr<SurfaceField> SurfaceField::Around(const Vec3d& /*centre*/,
+                                                   double /*reach*/) const {
+  return nullptr;
+}
 
 LevelGrid GridAround(const Box3d& box, double spacing) {
   LevelGrid grid;

@@ -1,6 +1,7 @@
 // A closed surface where a field changes its sign, sharp edges included.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -17,6 +18,9 @@ class SurfaceField {
   virtual double Value(const Vec3d& p) const = 0;
   // Unit outward normal at a point next to the surface; `spacing` is the grid's.
   virtual Vec3d Normal(const Vec3d& p, double spacing) const = 0;
+  // The same answers, found faster within `reach` of `centre`; it must not outlive the field. Null
+  // if there is no faster way.
+  virtual std::unique_ptr<SurfaceField> Around(const Vec3d& centre, double reach) const;
 };
 
 // A regular grid; nodes are numbered from `low`, `node_count` per axis.
@@ -38,7 +42,7 @@ LevelGrid GridAround(const Box3d& box, double spacing);
 //
 // The surface is followed from the cells around `seeds`; parts that no seed leads to are not found.
 // Evaluates the field only near the surface; time and memory grow with the surface.
-// RESOURCE_EXHAUSTED beyond 16 million cells on the surface.
+// RESOURCE_EXHAUSTED beyond 8 million blocks of 2 x 2 x 2 nodes around the surface.
 absl::StatusOr<TriangleMesh> ExtractLevel(const LevelGrid& grid, const SurfaceField& field,
                                           const std::vector<Vec3d>& seeds, RunContext& run);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace amhex {
 namespace {
@@ -72,26 +73,47 @@ void PointTree::Search(const Vec3d& p, const Visit& visit, const Limit& limit) c
   }
 }
 
+// The smallest range of the tree that p falls into and that holds at least `count` points.
+std::pair<int32_t, int32_t> PointTree::RangeAround(const Vec3d& p, int32_t count) const {
+  int32_t begin = 0, end = static_cast<int32_t>(points_.size());
+  while (end - begin > kLeafPoints) {
+    const int32_t middle = MiddleOf(begin, end);
+    const int axis = axis_[static_cast<size_t>(middle)];
+    const bool is_left = p[axis] <= points_[static_cast<size_t>(middle)][axis];
+    const int32_t next_begin = is_left ? begin : middle + 1, next_end = is_left ? middle : end;
+    if (next_end - next_begin < count) break;
+    begin = next_begin, end = next_end;
+  }
+  return {begin, end};
+}
+
 void PointTree::Nearest(const Vec3d& p, int count, std::vector<Neighbour>& result) const {
   result.clear();
-  if (count <= 0) return;
-  const auto wanted = static_cast<size_t>(count);
-  // A max-heap of the best so far.
+  if (count <= 0 || points_.empty()) return;
   const auto visit = [&](int32_t i) {
-    const Neighbour candidate{SquaredNorm(points_[static_cast<size_t>(i)] - p),
-                              index_[static_cast<size_t>(i)]};
-    if (result.size() < wanted) {
-      result.push_back(candidate);
-      std::push_heap(result.begin(), result.end());
-    } else if (candidate < result.front()) {
-      std::pop_heap(result.begin(), result.end());
-      result.back() = candidate;
-      std::push_heap(result.begin(), result.end());
-    }
+    result.push_back(
+        {SquaredNorm(points_[static_cast<size_t>(i)] - p), index_[static_cast<size_t>(i)]});
   };
-  Search(p, visit,
-         [&] { return result.size() < wanted ? 1e300 : result.front().squared_distance; });
-  std::sort_heap(result.begin(), result.end());
+  const auto [begin, end] = RangeAround(p, count);
+  for (int32_t i = begin; i < end; ++i) visit(i);
+  const auto wanted = std::min(static_cast<size_t>(count), result.size());
+  const auto last = result.begin() + static_cast<std::ptrdiff_t>(wanted) - 1;
+  std::nth_element(result.begin(), last, result.end());
+  if (end - begin < static_cast<int32_t>(points_.size())) {
+    // Points around p bound the distance: what is within is collected and sorted once, for less
+    // than it takes to keep the best so far in order all the time.
+    const double limit = last->squared_distance;
+    result.clear();
+    const auto visit_near = [&](int32_t i) {
+      const double squared = SquaredNorm(points_[static_cast<size_t>(i)] - p);
+      if (squared <= limit) result.push_back({squared, index_[static_cast<size_t>(i)]});
+    };
+    Search(p, visit_near, [&] { return limit; });
+    std::nth_element(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(wanted) - 1,
+                     result.end());
+  }
+  result.resize(wanted);
+  std::sort(result.begin(), result.end());
 }
 
 PointTree::Neighbour PointTree::Nearest(const Vec3d& p, double max_distance) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -34,6 +35,7 @@ class PointTree {
 
  private:
   void Build(int32_t begin, int32_t end);
+  std::pair<int32_t, int32_t> RangeAround(const Vec3d& p, int32_t count) const;
   // Visits leaves in order of rising distance bound while `limit()` permits.
   template <class Visit, class Limit>
   void Search(const Vec3d& p, const Visit& visit, const Limit& limit) const;

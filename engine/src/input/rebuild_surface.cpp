@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -28,8 +29,15 @@ constexpr double kFinestCells = 6.0;
 constexpr double kSoupCells = 4.0;
 // The surface may cross this many grid cells.
 constexpr double kMostSurfaceCells = 4e6;
-// Nodes per axis of the grid that a first guess of the volume is counted on.
-constexpr int kVolumeGrid = 56;
+// The box is divided into this many blocks per axis to guess the volume. Blocks near a triangle or
+// where the winding number is between these bounds (openings) are halved along every axis, this
+// often at most.
+constexpr int kVolumeBlocks = 7;
+constexpr int kVolumeHalvings = 3;
+constexpr double kSurelyOutside = 0.1;
+constexpr double kSurelyInside = 0.9;
+// Discs leave gaps: a block is near them within this many of its half diagonals.
+constexpr double kNearBlock = 1.25;
 // Clouds of more points are thinned to this many points per edge length; a first, coarse thinning
 // to this many cubes along the box's diagonal tells the volume.
 constexpr size_t kManyPoints = 200'000;
@@ -38,27 +46,54 @@ constexpr double kCoarseCubes = 150;
 // Pieces below this many cells are left out.
 constexpr double kSmallestPieceCells = 0.5;
 
-double CountVolume(const Box3d& box, const HullQueries& queries, RunContext& run) {
-  const Vec3d step = box.Extent() / static_cast<double>(kVolumeGrid);
-  std::vector<int64_t> inside(kVolumeGrid, 0);
-  tbb::parallel_for(0, kVolumeGrid, [&](int z) {
-    for (int y = 0; y < kVolumeGrid && !run.ShouldStop(); ++y) {
-      for (int x = 0; x < kVolumeGrid; ++x) {
-        const Vec3d p = box.low + Vec3d{(x + 0.5) * step.x, (y + 0.5) * step.y, (z + 0.5) * step.z};
-        if (queries.IsInside(p)) ++inside[static_cast<size_t>(z)];
-      }
+class VolumeCount {
+ public:
+  VolumeCount(const Box3d& box, const HullQueries& queries, const RunContext& run)
+      : low_(box.low), side_(box.Extent() / kVolumeBlocks), queries_(queries), run_(run) {}
+
+  double Count() const {
+    std::vector<int64_t> inside(kVolumeBlocks * kVolumeBlocks * kVolumeBlocks, 0);
+    tbb::parallel_for(size_t{0}, inside.size(), [&](size_t i) {
+      const size_t x = i % kVolumeBlocks, y = i / kVolumeBlocks % kVolumeBlocks,
+                   z = i / kVolumeBlocks / kVolumeBlocks;
+      const Vec3d at{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+      inside[i] = CountIn(low_ + Scaled(at, side_), side_, kVolumeHalvings);
+    });
+    const int64_t total = std::accumulate(inside.begin(), inside.end(), int64_t{0});
+    return static_cast<double>(total) * side_.x * side_.y * side_.z /
+           static_cast<double>(SmallestIn(kVolumeHalvings));
+  }
+
+ private:
+  static int64_t SmallestIn(int halvings) { return int64_t{1} << (3 * halvings); }
+  static Vec3d Scaled(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+  // In smallest blocks.
+  int64_t CountIn(const Vec3d& low, const Vec3d& side, int halvings) const {
+    if (run_.ShouldStop()) return 0;
+    const Vec3d centre = low + side / 2.0;
+    const double winding = queries_.WindingNumber(centre);
+    const bool is_sure = halvings == 0 || ((winding < kSurelyOutside || winding > kSurelyInside) &&
+                                           !queries_.IsWithin(centre, kNearBlock * Norm(side) / 2));
+    if (is_sure) return winding > 0.5 ? SmallestIn(halvings) : 0;
+    int64_t count = 0;
+    for (int i = 0; i < 8; ++i) {
+      const Vec3d step{i % 2 * side.x / 2, i / 2 % 2 * side.y / 2, i / 4 * side.z / 2};
+      count += CountIn(low + step, side / 2.0, halvings - 1);
     }
-  });
-  int64_t total = 0;
-  for (const int64_t count : inside) total += count;
-  return static_cast<double>(total) * step.x * step.y * step.z;
-}
+    return count;
+  }
+
+  const Vec3d low_, side_;
+  const HullQueries& queries_;
+  const RunContext& run_;
+};
 
 // In the user's units.
 double GuessEdgeLength(const WantedSize& wanted, const Box3d& box, const HullQueries& queries,
                        RunContext& run) {
   if (wanted.user_edge_length > 0) return wanted.user_edge_length;
-  const double volume = CountVolume(box, queries, run);
+  const double volume = VolumeCount(box, queries, run).Count();
   const int64_t cells = wanted.cell_count > 0 ? wanted.cell_count : kDefaultCellCount;
   // A solid too thin for the counting grid still gets a usable length.
   const double least = box.Diagonal() * box.Diagonal() * box.Diagonal() * 1e-4;

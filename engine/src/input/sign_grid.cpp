@@ -13,7 +13,9 @@ namespace amhex {
 namespace {
 
 constexpr double kFarOutside = 1e30;
-constexpr size_t kMostBlocks = 4'000'000;  // 1 GiB of values
+constexpr size_t kMostBlocks = 8'000'000;  // with their places less than 1 GiB
+// Half of a block's width in cells, and a little more.
+constexpr double kBlockReach = 0.5001;
 // Turned nodes lie this much inside, in cells: the surface passes close to them.
 constexpr double kTurnedDepth = 0.01;
 
@@ -68,23 +70,35 @@ double SignGrid::Value(const NodeIndex& node) const {
   return static_cast<double>(values_[static_cast<size_t>(found->second * kBlockNodes + inside)]);
 }
 
-absl::Status SignGrid::Fill(const std::vector<Vec3d>& seeds, RunContext& run) {
-  std::vector<int64_t> wanted;
+// The blocks of each seed's cell and of the cells around it.
+std::vector<int64_t> SignGrid::BlocksAround(const std::vector<Vec3d>& seeds) const {
+  std::vector<NodeIndex> cells;
+  cells.reserve(seeds.size());
   for (const Vec3d& seed : seeds) {
     const Vec3d at = (seed - grid_.low) / grid_.spacing;
-    const NodeIndex node = {static_cast<int64_t>(std::floor(at.x)),
-                            static_cast<int64_t>(std::floor(at.y)),
-                            static_cast<int64_t>(std::floor(at.z))};
-    // The seed's cell and the cells around it.
-    for (const int64_t x : {-1, 2}) {
-      for (const int64_t y : {-1, 2}) {
-        for (const int64_t z : {-1, 2}) {
-          const NodeIndex near = {node[0] + x, node[1] + y, node[2] + z};
-          if (IsOnGrid(near)) wanted.push_back(KeyOf(near));
+    cells.push_back({static_cast<int64_t>(std::floor(at.x)), static_cast<int64_t>(std::floor(at.y)),
+                     static_cast<int64_t>(std::floor(at.z))});
+  }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  // Of four nodes in a row these three are in all of their blocks.
+  constexpr std::array<int64_t, 3> kSteps = {-1, 1, 2};
+  std::vector<int64_t> keys;
+  for (const NodeIndex& cell : cells) {
+    for (const int64_t x : kSteps) {
+      for (const int64_t y : kSteps) {
+        for (const int64_t z : kSteps) {
+          const NodeIndex near = {cell[0] + x, cell[1] + y, cell[2] + z};
+          if (IsOnGrid(near)) keys.push_back(KeyOf(near));
         }
       }
     }
   }
+  return keys;
+}
+
+absl::Status SignGrid::Fill(const std::vector<Vec3d>& seeds, RunContext& run) {
+  std::vector<int64_t> wanted = BlocksAround(seeds);
   while (true) {
     AMHEX_RETURN_IF_ERROR(Evaluate(std::move(wanted), run));
     wanted = BlocksToFollow();
@@ -101,7 +115,7 @@ absl::Status SignGrid::Evaluate(std::vector<int64_t> keys, RunContext& run) {
   const size_t first = sorted_keys_.size();
   if (first + keys.size() > kMostBlocks) {
     return absl::ResourceExhaustedError(absl::StrCat("the surface to be rebuilt crosses more than ",
-                                                     kMostBlocks * 4,
+                                                     kMostBlocks,
                                                      " grid cells; choose a larger edge length"));
   }
   values_.resize((first + keys.size()) * kBlockNodes);
@@ -111,12 +125,16 @@ absl::Status SignGrid::Evaluate(std::vector<int64_t> keys, RunContext& run) {
   tbb::parallel_for(size_t{0}, keys.size(), [&](size_t i) {
     if (run.ShouldStop()) return;
     const NodeIndex corner = CornerOf(keys[i]);
+    const double half = kBlockReach * grid_.spacing;
+    const auto around =
+        field_.Around(Position(corner) + Vec3d{half, half, half}, std::sqrt(3.0) * half);
+    const SurfaceField& field = around != nullptr ? *around : field_;
     float* value = &values_[(first + i) * kBlockNodes];
     for (int64_t z = 0; z < kBlockSide; ++z) {
       for (int64_t y = 0; y < kBlockSide; ++y) {
         for (int64_t x = 0; x < kBlockSide; ++x) {
           const NodeIndex node = {corner[0] + x, corner[1] + y, corner[2] + z};
-          *value++ = static_cast<float>(field_.Value(Position(node)));
+          *value++ = static_cast<float>(field.Value(Position(node)));
         }
       }
     }

@@ -14,7 +14,8 @@ namespace amhex {
 
 using NodeIndex = std::array<int64_t, 3>;
 
-// Blocks of 4 x 4 x 4 nodes, evaluated when the surface comes near.
+// Blocks of 2 x 2 x 2 nodes, evaluated when the surface comes near: larger ones would reach far
+// from it, and a value costs more than finding its block.
 class SignGrid {
  public:
   SignGrid(const LevelGrid& grid, const SurfaceField& field) : grid_(grid), field_(field) {}
@@ -53,13 +54,14 @@ class SignGrid {
   }
 
  private:
-  static constexpr int64_t kBlockSide = 4;
+  static constexpr int64_t kBlockSide = 2;
   static constexpr int64_t kBlockNodes = kBlockSide * kBlockSide * kBlockSide;
 
   int64_t KeyOf(const NodeIndex& node) const;
   NodeIndex CornerOf(int64_t key) const;
   bool IsOnGrid(const NodeIndex& node) const;
   float* Find(const NodeIndex& node);
+  std::vector<int64_t> BlocksAround(const std::vector<Vec3d>& seeds) const;
   absl::Status Evaluate(std::vector<int64_t> keys, RunContext& run);
   std::vector<int64_t> BlocksToFollow() const;
   int64_t Compose();
@@ -71,7 +73,7 @@ class SignGrid {
   const SurfaceField& field_;
   std::unordered_map<int64_t, int32_t> block_of_key_;  // looked up, never iterated
   std::vector<int64_t> sorted_keys_;
-  std::vector<float> values_;  // [block_count * 64]
+  std::vector<float> values_;  // [block_count * 8]
 };
 
 }  // namespace amhex

@@ -36,7 +36,13 @@ class Splitter {
     seed[0] = Farthest(seed);
     while (static_cast<int>(seed.size()) < count) seed.push_back(Farthest(seed));
     for (int round = 0; round < kRounds; ++round) {
-      for (size_t i = 0; i < label.size(); ++i) label[i] = Nearest(seed, normal_[i]);
+      int changes = round == 0 ? 1 : 0;  // the first means are of other labels
+      for (size_t i = 0; i < label.size(); ++i) {
+        const uint8_t nearest = Nearest(seed, normal_[i]);
+        changes += nearest != label[i];
+        label[i] = nearest;
+      }
+      if (changes == 0) break;
       for (size_t k = 0; k < seed.size(); ++k) seed[k] = MeanOf(label, static_cast<uint8_t>(k));
     }
     if (AreApart(seed, label)) return true;
@@ -56,7 +62,9 @@ class Splitter {
     for (size_t k = 0; k < mean.size(); ++k) {
       const auto piece = static_cast<uint8_t>(k);
       if (std::count(label.begin(), label.end(), piece) < kFewestSamples) return false;
-      if (Spread(piece, mean[k], label) > kLargestSpreadRatio * least_angle) return false;
+      const double largest = kLargestSpreadRatio * least_angle;
+      if (ChordSpread(piece, mean[k], label) > largest) return false;
+      if (Spread(piece, mean[k], label) > largest) return false;
     }
     return true;
   }
@@ -86,6 +94,17 @@ class Splitter {
       if (label[i] == piece) sum += normal_[i] * weight_[i];
     }
     return Normalized(sum);
+  }
+
+  // Root of the mean squared chord to the mean: less than the spread, and found without an angle.
+  double ChordSpread(uint8_t piece, const Vec3d& mean, const std::vector<uint8_t>& label) const {
+    double sum = 0, weights = 0;
+    for (size_t i = 0; i < label.size(); ++i) {
+      if (label[i] != piece) continue;
+      sum += weight_[i] * SquaredNorm(normal_[i] - mean);
+      weights += weight_[i];
+    }
+    return weights > 0 ? std::sqrt(sum / weights) : 0;
   }
 
   // Root of the mean squared angle to the mean.

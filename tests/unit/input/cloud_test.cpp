@@ -3,10 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "fixtures/damage.h"
 #include "fixtures/solids.h"
 #include "input/build_hull.h"
+#include "input/cloud_field.h"
 #include "input/hull_queries.h"
 #include "support/surface_measures.h"
 
@@ -136,6 +141,27 @@ TEST(CloudHull, CloudsFarDenserThanTheCellsAreThinned) {
   EXPECT_TRUE(std::any_of(hull->warnings.begin(), hull->warnings.end(), [](const auto& warning) {
     return warning.find("denser than the cells can use") != std::string::npos;
   }));
+}
+
+TEST(CloudField, ItsPartsAnswerAsTheWhole) {
+  const PointCloud cloud = fixtures::SampleSurface(fixtures::MakeBox({2, 1, 1}, 0.1), 600, 5);
+  RunContext run;
+  std::vector<std::string> warnings;
+  absl::StatusOr<CloudSamples> samples = PrepareCloud(cloud, run, warnings);
+  ASSERT_TRUE(samples.ok()) << samples.status();
+  const CloudField field(*std::move(samples));
+  for (const double reach : {0.02, 0.3}) {
+    for (size_t i = 0; i < 40; ++i) {
+      const Vec3d centre = cloud.points[7 * i] * 1.05;
+      const std::unique_ptr<SurfaceField> part = field.Around(centre, reach);
+      // The last one is out of reach.
+      for (const Vec3d& step : {Vec3d{}, Vec3d{0.9, 0, 0}, Vec3d{-0.5, 0.5, 0.5}, Vec3d{3, 2, 0}}) {
+        const Vec3d p = centre + step * reach;
+        EXPECT_EQ(part->Value(p), field.Value(p));
+        EXPECT_EQ(part->Normal(p, reach / 10), field.Normal(p, reach / 10));
+      }
+    }
+  }
 }
 
 TEST(CloudHull, TheSameCloudGivesTheSameHull) {
