@@ -41,7 +41,7 @@ function(amhex_add_cuda_engine)
   target_link_libraries(amhex_engine_cuda PRIVATE Eigen3::Eigen)
   # fmad off for the same reason as -ffp-contract=off: CPU and CUDA round alike.
   target_compile_options(amhex_engine_cuda PRIVATE
-    $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false -Werror=all-warnings
+    $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false --expt-relaxed-constexpr -Werror=all-warnings
       -Xcompiler=-ffp-contract=off,-Wall,-Wextra,-Werror,-fvisibility=hidden>
     $<$<COMPILE_LANGUAGE:CXX>:-fvisibility=hidden>)
   set_target_properties(amhex_engine_cuda PROPERTIES CUDA_RUNTIME_LIBRARY Static)

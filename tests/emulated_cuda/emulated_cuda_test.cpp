@@ -5,16 +5,20 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "amhex/mesher.h"
 #include "cuda/cuda_library.h"
+#include "cuda/device_use.h"
 #include "emulated_cuda/emulated_device.h"
 #include "exec/cpu_executor.h"
+#include "fields/phase_field.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_impl.h"
+#include "unit/fields/field_fixtures.h"
 #include "unit/relax/relax_fixtures.h"
 
 namespace amhex {
@@ -94,17 +98,60 @@ TEST_F(EmulatedCuda, ReplaysMostIterationsAndWaitsForNone) {
   EXPECT_EQ(waits[0], waits[1]);
 }
 
+// What a refusal says is needed.
+double Announced(const absl::Status& refusal) {
+  EXPECT_EQ(refusal.code(), absl::StatusCode::kResourceExhausted) << refusal;
+  const std::string text(refusal.message());
+  constexpr char kAnnouncement[] = "needs about ";
+  const size_t at = text.find(kAnnouncement);
+  EXPECT_NE(at, std::string::npos) << text;
+  return at == std::string::npos ? 0 : std::stod(text.substr(at + sizeof(kAnnouncement) - 1));
+}
+
+// Each solver of the fields, on a device that is too small and on one that is not.
+TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimated) {
+  using namespace fields;  // NOLINT: all that follows is from there
+  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
+  ASSERT_TRUE(solved.ok);
+  const ProgressSlice slice(solved.run, 0, 1);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  OrientationSettings orientation;
+  orientation.device = &*device;
+  orientation.coarse_sweeps = 4;
+  SizeSettings size;
+  LatticeSettings lattice;
+  PhaseSettings phase;
+  phase.rounds = 1;
+  size.device = lattice.device = phase.device = &*device;
+  const auto& [run, hull, grid, frames, codes, sizes, form, ok] = solved;
+  const std::function<absl::Status()> solvers[] = {
+      [&] { return SolveOrientationField(grid, {}, orientation, slice).status(); },
+      [&] { return SolveSizeField(grid, frames, codes, size, slice).status(); },
+      [&] { return SolveLatticeForm(grid, frames, sizes, codes, lattice, slice).status(); },
+      [&] { return SolvePhaseField(grid, codes, form, phase, slice).status(); }};
+  for (const auto& solve : solvers) {
+    device_->Restart();
+    controls().capacity = 1;
+    const double estimate = Announced(solve());
+    EXPECT_EQ(controls().peak, 0);
+    device_->Restart();
+    const absl::Status solution = solve();
+    ASSERT_TRUE(solution.ok()) << solution;
+    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+    EXPECT_EQ(controls().used, 0);
+    // Solves end at their goal, long before the most iterations that they may take.
+    EXPECT_LT(controls().replays, 200);
+  }
+}
+
 TEST_F(EmulatedCuda, TakesAsMuchMemoryAsEstimated) {
   for (const int32_t iterations : {0, 3}) {
     for (const int sites : {1000, 5000}) {
       device_->Restart();
       RelaxationTask refused = RandomTask(sites, iterations);
       controls().capacity = 1;
-      const std::string refusal(RelaxOnCuda(refused).status().message());
-      constexpr char kAnnouncement[] = "needs about ";
-      ASSERT_THAT(refusal, HasSubstr(kAnnouncement));
-      const double estimate =
-          std::stod(refusal.substr(refusal.find(kAnnouncement) + sizeof(kAnnouncement) - 1));
+      const double estimate = Announced(RelaxOnCuda(refused).status());
       device_->Restart();
       RelaxationTask task = RandomTask(sites, iterations);
       ASSERT_TRUE(RelaxOnCuda(task).ok());
@@ -224,6 +271,7 @@ TEST_F(EmulatedCuda, AutoTakesTheCpuWhereTheDeviceIsTooSmallAndSaysSo) {
   EXPECT_EQ(controls().launches, 0);
   EXPECT_EQ(result->mesh.vertices, expected->mesh.vertices);
   EXPECT_EQ(result->effective_params.run.backend, Backend::kCpu);
+  EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: smoothing"));
   EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: relaxing"));
   EXPECT_THAT(result->backend_note, HasSubstr(" of 1 are free"));
 }
@@ -239,7 +287,7 @@ TEST_F(EmulatedCuda, AutoTakesTheCpuWhereMemoryEndsOnTheWay) {
   ASSERT_TRUE(MeshCube(Backend::kAuto).ok());
   const int64_t calls = controls().calls;
   int taken_over = 0;
-  for (int64_t call = 0; call < calls; call += calls / 8) {
+  for (int64_t call = 0; call < calls; call += calls / 4) {
     device_->Restart();
     controls().failing_call = call;
     controls().failure = emulated::kOutOfMemory;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <variant>
 
+#include "fields/frame_smoothing.h"
+#include "fields/gradient_task.h"
 #include "relax/relaxation_task.h"
 
 namespace amhex {
@@ -21,7 +23,7 @@ enum class CudaResult : int {
 
 // What the device can be asked for. A task is worked on in place, and is as it was unless it was
 // done.
-using CudaTask = std::variant<RelaxationTask*>;
+using CudaTask = std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*>;
 
 extern "C" {
 

@@ -24,17 +24,22 @@ class DeviceUse {
   }
 
   // Runs `task` on the device, or `on_cpu`, which answers like RunOnCuda. Where the run may use
-  // either and the device has too little memory the CPU takes the task, and a note says so.
+  // either and the device has too little memory the CPU takes the task, and a note tells of the
+  // first.
   template <class OnCpu>
   absl::StatusOr<bool> Run(const CudaTask& task, const OnCpu& on_cpu) {
     if (!uses_device_) return on_cpu();
     absl::StatusOr<bool> outcome = RunOnCuda(task);
     if (!may_fall_back_ || !absl::IsResourceExhausted(outcome.status())) return outcome;
-    notes_.push_back(absl::StrCat("on the cpu instead: ", outcome.status().message()));
+    if (notes_.empty()) {
+      notes_.push_back(absl::StrCat("on the cpu instead: ", outcome.status().message()));
+    }
     return on_cpu();
   }
 
-  // One for every task that the device had no room for.
+  bool uses_device() const { return uses_device_; }
+
+  // About the first task that the device had no room for.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
@@ -45,5 +50,11 @@ class DeviceUse {
   bool may_fall_back_ = false;
   std::vector<std::string> notes_;
 };
+
+// The same for steps that may be called without a choice: null means the CPU.
+template <class OnCpu>
+absl::StatusOr<bool> RunWhereChosen(DeviceUse* device, const CudaTask& task, const OnCpu& on_cpu) {
+  return device == nullptr ? absl::StatusOr<bool>(on_cpu()) : device->Run(task, on_cpu);
+}
 
 }  // namespace amhex

@@ -13,6 +13,8 @@
 
 #include "cuda/cuda_interface.h"
 #include "exec/cuda_executor.cuh"
+#include "fields/frame_smoothing_impl.h"
+#include "fields/gradient_impl.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
@@ -78,6 +80,29 @@ CudaResult Run(RelaxationTask& task) {
   CudaExecutor executor(task.should_stop);
   const RelaxationOutcome outcome = Relaxation<CudaExecutor>(executor, task).Run();
   return outcome == RelaxationOutcome::kStopped ? CudaResult::kStopped : CudaResult::kDone;
+}
+
+CudaResult Run(fields::SmoothingTask& task) {
+  const int64_t node_count = task.levels.empty() ? 0 : task.levels.back().node_count();
+  RequireMemory(fields::FrameSmoothing<CudaExecutor>::Bytes(task),
+                "smoothing the frames of " + std::to_string(node_count) + " nodes");
+  CudaExecutor executor(task.should_stop);
+  const bool is_done = fields::FrameSmoothing<CudaExecutor>(executor, task).Run();
+  return is_done ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+template <class Operator>
+CudaResult Solve(fields::GradientTask& task) {
+  using Solver = fields::GradientSolve<CudaExecutor, Operator>;
+  RequireMemory(Solver::Bytes(task),
+                "solving for " + std::to_string(task.unknown_count()) + " numbers of the fields");
+  CudaExecutor executor(task.should_stop);
+  return Solver(executor, task).Run() ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+CudaResult Run(fields::GradientTask& task) {
+  return std::visit([&]<class Operator>(const Operator&) { return Solve<Operator>(task); },
+                    task.matrix);
 }
 
 // Runs `step` and turns what it throws into a result and a text.

@@ -131,7 +131,7 @@ class CpuExecutor {
               const Observer& observer) {
     for (int32_t i = 0; i < count && !Stopped(); ++i) {
       step();
-      if (!Stopped()) observer(state.View().data);
+      if (!Stopped() && HasSeenEnough(observer, state.View().data)) return;
     }
   }
 

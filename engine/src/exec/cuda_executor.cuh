@@ -158,11 +158,11 @@ class CudaExecutor {
               const Observer& observer) {
     const int32_t called = count < 2 * kStepsPerGraph ? count : kStepsPerGraph + count % 2;
     Pipeline pipeline(*this, state);
-    for (int32_t i = 0; i < called && !Stopped(); ++i) {
+    for (int32_t i = 0; i < called && pipeline.GoesOn(); ++i) {
       pipeline.Enqueue(1, observer, [&] { pipeline.TakeStep(0, step); });
     }
     CudaGraph graph;
-    for (int32_t i = called; i < count && !Stopped(); i += kStepsPerGraph) {
+    for (int32_t i = called; i < count && pipeline.GoesOn(); i += kStepsPerGraph) {
       if (i == called) {
         graph.Capture(stream_.get(), [&] {
           for (int s = 0; s < kStepsPerGraph; ++s) pipeline.TakeStep(s, step);
@@ -233,7 +233,7 @@ class CudaExecutor {
     void Enqueue(int steps, const Observer& observer, const Launch& launch) {
       const int slot = next_++ % 2;
       Collect(slot, observer);
-      if (executor_.Stopped()) return;
+      if (!GoesOn()) return;
       launch();
       CheckCuda(
           cudaMemcpyAsync(host_[slot].data(), history_.View().data, Bytes<int64_t>(history_.size()),
@@ -242,6 +242,8 @@ class CudaExecutor {
       CheckCuda(cudaEventRecord(done_[slot].get(), executor_.stream()), "record an event");
       steps_[slot] = steps;
     }
+
+    bool GoesOn() const { return !is_enough_ && !executor_.Stopped(); }
 
     template <class Observer>
     void Finish(const Observer& observer) {
@@ -255,8 +257,8 @@ class CudaExecutor {
       const int steps = std::exchange(steps_[slot], 0);
       if (steps == 0) return;
       executor_.WaitFor(done_[slot]);
-      for (int s = 0; s < steps && !executor_.Stopped(); ++s) {
-        observer(host_[slot].data() + s * state_.size());
+      for (int s = 0; s < steps && GoesOn(); ++s) {
+        is_enough_ = HasSeenEnough(observer, host_[slot].data() + s * state_.size());
       }
     }
 
@@ -267,6 +269,7 @@ class CudaExecutor {
     std::array<CudaEvent, 2> done_;
     std::array<int, 2> steps_{};
     int next_ = 0;
+    bool is_enough_ = false;  // says the observer
   };
 
   template <class T>

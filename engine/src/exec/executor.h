@@ -7,6 +7,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include "base/array_view.h"
@@ -40,6 +41,17 @@ struct NoObserver {
   void operator()(const int64_t* /*state*/) const {}
 };
 
+// Tells the observer; one that answers nothing never has enough.
+template <class Observer>
+bool HasSeenEnough(const Observer& observer, const int64_t* state) {
+  if constexpr (std::is_void_v<decltype(observer(state))>) {
+    observer(state);
+    return false;
+  } else {
+    return observer(state);
+  }
+}
+
 // Operations are ordered: each sees the results of the ones before. Every description names the
 // step in profiles and error messages. Once a run should stop, remaining elements are skipped,
 // `Stopped()` turns true and results are meaningless.
@@ -67,7 +79,8 @@ concept Executor = requires(E executor, const E const_executor, Buffer<E, int32_
   executor.SortByKey(pairs, count, uint32_t{}, pairs);
   // Takes the step `count` times. A step must not wait for its own results: from the second
   // repetition on the machine may replay what the last two calls asked for. After each the observer
-  // gets a copy of the state, perhaps late, always in order.
+  // gets a copy of the state, perhaps late, always in order. An observer that answers true has seen
+  // enough: no more steps follow but for those that are under way.
   executor.Repeat(int32_t{}, numbers, NoStep{}, NoObserver{});
   executor.Synchronize();
   { const_executor.Stopped() } -> std::same_as<bool>;

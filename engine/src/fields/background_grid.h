@@ -13,15 +13,13 @@
 #include "amhex/run_context.h"
 #include "amhex/vec3.h"
 #include "fields/field_loops.h"
+#include "fields/grid_neighbours.h"
 #include "input/hull.h"
 
 namespace amhex::fields {
 
 // Nodes per edge length h.
 inline constexpr int kNodesPerEdge = 2;
-
-inline constexpr int kNeighbourCount = 18;
-inline constexpr int kForwardCount = 9;  // neighbours k and k + 9 lie opposite each other
 
 // Offsets in cells: 0..2 along +x +y +z, 3..8 face diagonals, 9..17 their negatives.
 inline constexpr std::array<std::array<int, 3>, kNeighbourCount> kNeighbourOffsets{{
@@ -44,8 +42,6 @@ inline constexpr std::array<std::array<int, 3>, kNeighbourCount> kNeighbourOffse
     {0, -1, -1},
     {0, -1, 1},
 }};
-inline constexpr int Opposite(int k) { return k < kForwardCount ? k + kForwardCount : k - 9; }
-inline constexpr bool IsAxisNeighbour(int k) { return k % kForwardCount < 3; }
 
 // "The hull passes through `point` with the outward unit `normal`."
 struct HullConstraint {
@@ -89,9 +85,6 @@ struct GridLevel {
     return &guides[guides_of_node[node]];
   }
 };
-
-inline constexpr float kAxisWeight = 1.0F;
-inline constexpr float kDiagonalWeight = 0.5F;
 
 struct BackgroundGrid {
   double spacing = 1.0 / kNodesPerEdge;  // edge lengths

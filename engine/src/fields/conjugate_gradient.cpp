@@ -2,9 +2,12 @@
 
 #include <cstdint>
 #include <cstring>
+#include <variant>
 
+#include "cuda/device_use.h"
 #include "fields/field_loops.h"
 #include "fields/frame_lanes.h"
+#include "fields/gradient_task.h"
 
 namespace amhex::fields {
 namespace {
@@ -143,12 +146,9 @@ class Solve {
   std::vector<float> residual_, direction_, product_;
 };
 
-}  // namespace
-
-absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
-                                           const std::vector<float>& rhs,
-                                           const ConjugateGradientLimits& limits,
-                                           const RunContext& run, std::vector<float>* x) {
+absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<float>& rhs,
+                               const ConjugateGradientLimits& limits, const RunContext& run,
+                               std::vector<float>* x) {
   Solve solve(system, rhs, run, x);
   const double goal = limits.tolerance * limits.tolerance * solve.RightSideNorm();
   double norm = solve.Start();
@@ -163,6 +163,40 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
   }
   if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
   return iteration;
+}
+
+template <class T>
+ArrayView<const T> ViewOf(const std::vector<T>& values) {
+  return {values.data(), static_cast<int64_t>(values.size())};
+}
+
+}  // namespace
+
+absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
+                                           const std::vector<float>& rhs,
+                                           const ConjugateGradientLimits& limits,
+                                           const RunContext& run, std::vector<float>* x) {
+  if (system.device == nullptr) return SolveOnCpu(system, rhs, limits, run, x);
+  GradientTask task;
+  task.matrix = system.matrix;
+  task.node_count = std::visit(
+      [&](const auto& matrix) { return ViewOf(rhs).size / matrix.kUnknowns; }, system.matrix);
+  task.diagonal = ViewOf(system.diagonal);
+  task.right_side = ViewOf(rhs);
+  task.x = x;
+  task.max_iterations = limits.max_iterations;
+  task.tolerance = limits.tolerance;
+  task.should_stop = [&run] { return run.ShouldStop(); };
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    const absl::StatusOr<int> iterations = SolveOnCpu(system, rhs, limits, run, x);
+    if (!iterations.ok()) return iterations.status();
+    task.iterations = *iterations;
+    return true;
+  };
+  const absl::StatusOr<bool> outcome = system.device->Run(&task, on_cpu);
+  if (!outcome.ok()) return outcome.status();
+  if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
+  return task.iterations;
 }
 
 }  // namespace amhex::fields

@@ -6,6 +6,11 @@
 
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
+#include "fields/linear_operators.h"
+
+namespace amhex {
+class DeviceUse;
+}
 
 namespace amhex::fields {
 
@@ -14,6 +19,9 @@ namespace amhex::fields {
 struct LinearSystem {
   std::function<void(const std::vector<float>& x, std::vector<float>& product)> apply;
   std::vector<float> diagonal;  // > 0
+  // Where it is solved, and the same matrix for there; null: on the CPU.
+  DeviceUse* device = nullptr;
+  LinearOperator matrix;  // on arrays that outlive the system
 };
 
 struct ConjugateGradientLimits {
@@ -22,7 +30,9 @@ struct ConjugateGradientLimits {
 };
 
 // Improves `x` (same size as `rhs`) in place; returns the number of iterations done. Stops early at
-// the tolerance. CANCELLED or DEADLINE_EXCEEDED when the run stops. O(unknowns) per iteration.
+// the tolerance. The same bits on the CPU and on a device. RESOURCE_EXHAUSTED when a device that
+// was asked for has too little memory, CANCELLED or DEADLINE_EXCEEDED when the run stops.
+// O(unknowns) per iteration.
 absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
                                            const std::vector<float>& rhs,
                                            const ConjugateGradientLimits& limits,

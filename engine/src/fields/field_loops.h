@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "amhex/run_context.h"
+#include "fields/sum_blocks.h"
 
 namespace amhex::fields {
 
@@ -26,13 +27,10 @@ void ForEach(const RunContext& run, int64_t count, const Body& body) {
   });
 }
 
-// Elements per partial sum. Part of the result's bits, so never derived from the thread count.
-inline constexpr int64_t kSumBlock = 4096;
-
 // Sum of range_sum(begin, end) over fixed blocks, combined in order: independent of threads.
 template <class RangeSum>
 double DeterministicSum(const RunContext& run, int64_t count, const RangeSum& range_sum) {
-  const int64_t block_count = (count + kSumBlock - 1) / kSumBlock;
+  const int64_t block_count = SumBlocks(count);
   std::vector<double> partial(block_count, 0.0);
   using Range = oneapi::tbb::blocked_range<int64_t>;
   oneapi::tbb::parallel_for(Range(0, block_count, 1), [&](const Range& range) {

@@ -1,11 +1,13 @@
 #include "fields/lattice_form.h"
 
+#include <optional>
 #include <utility>
 
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
 #include "fields/hull_edges.h"
 #include "fields/lattice_jacobian.h"
+#include "fields/node_links.h"
 
 namespace amhex::fields {
 namespace {
@@ -124,6 +126,16 @@ class ClosureSystem {
     });
   }
 
+  // The same for a device, on this system's arrays.
+  ClosureOperator Matrix(const NodeLinks& links) const {
+    return {links,
+            {is_regular_.data(), level_.count()},
+            {follows_.data(), level_.count()},
+            weight_,
+            hull_weight_};
+  }
+  OwnedLinks Links() const { return OwnedLinks(level_, codes_, run_); }
+
   bool IsRegular(int64_t i, int d) const { return (is_regular_[i] >> d & 1) != 0; }
   float weight() const { return weight_; }
 
@@ -203,6 +215,11 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
   system.apply = [&](const std::vector<float>& x, std::vector<float>& product) {
     closure.Apply(x, &curl_lanes, &product);
   };
+  std::optional<OwnedLinks> links;
+  if (settings.device != nullptr) {
+    system.device = settings.device;
+    system.matrix = closure.Matrix(links.emplace(closure.Links()).View());
+  }
   const absl::StatusOr<int> iterations = SolveConjugateGradient(
       system, rhs, {settings.max_iterations, settings.tolerance}, run, &correction);
   if (!iterations.ok()) return iterations.status();

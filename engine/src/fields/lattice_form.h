@@ -18,7 +18,8 @@ struct LatticeSettings {
   double hull_edge_weight = 30;
   int max_iterations = 300;
   double tolerance = 1e-3;
-  double density = 1.0;  // wanted cells per edge length cubed
+  double density = 1.0;         // wanted cells per edge length cubed
+  DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
 };
 
 // [node_count][d]: cells between the node and its neighbour d, along the node's axes.

@@ -91,36 +91,6 @@ Quaternion AddAligned(const Quaternion& a, const Quaternion& b, double weight) {
   return {a.w + b.w * w, a.x + b.x * w, a.y + b.y * w, a.z + b.z * w};
 }
 
-AxisFrame ToFrame(const Quaternion& q) {
-  AxisFrame frame;
-  frame.axis[0] = {1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z),
-                   2 * (q.x * q.z - q.w * q.y)};
-  frame.axis[1] = {2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z),
-                   2 * (q.y * q.z + q.w * q.x)};
-  frame.axis[2] = {2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x),
-                   1 - 2 * (q.x * q.x + q.y * q.y)};
-  return frame;
-}
-
-Quaternion FromFrame(const AxisFrame& frame) {
-  const Vec3d &a = frame.axis[0], &b = frame.axis[1], &c = frame.axis[2];
-  // The largest of 4w^2, 4x^2, 4y^2, 4z^2 is at least 1: divide by that one.
-  const std::array<double, 4> square{1 + a.x + b.y + c.z, 1 + a.x - b.y - c.z, 1 - a.x + b.y - c.z,
-                                     1 - a.x - b.y + c.z};
-  const auto largest = std::max_element(square.begin(), square.end()) - square.begin();
-  Quaternion q;
-  if (largest == 0) {
-    q = {square[0], b.z - c.y, c.x - a.z, a.y - b.x};
-  } else if (largest == 1) {
-    q = {b.z - c.y, square[1], a.y + b.x, c.x + a.z};
-  } else if (largest == 2) {
-    q = {c.x - a.z, a.y + b.x, square[2], b.z + c.y};
-  } else {
-    q = {a.y - b.x, c.x + a.z, b.z + c.y, square[3]};
-  }
-  return Normalized(q);
-}
-
 int NearestRotation(const Quaternion& q) {
   const std::array<double, 4> c{q.w, q.x, q.y, q.z};
   int first = 0;

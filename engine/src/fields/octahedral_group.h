@@ -6,10 +6,10 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 
 #include "amhex/vec3.h"
+#include "fields/frame_math.h"
 #include "relax/sites.h"
 
 namespace amhex::fields {
@@ -43,19 +43,8 @@ extern const std::array<uint8_t, kRotationCount> kInverseCodes;
 
 Quaternion Multiply(const Quaternion& a, const Quaternion& b);
 inline Quaternion Conjugate(const Quaternion& q) { return {q.w, -q.x, -q.y, -q.z}; }
-inline double Dot(const Quaternion& a, const Quaternion& b) {
-  return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
-}
-inline Quaternion Scaled(const Quaternion& q, double s) {
-  return {q.w * s, q.x * s, q.y * s, q.z * s};
-}
-inline Quaternion Normalized(const Quaternion& q) { return Scaled(q, 1 / std::sqrt(Dot(q, q))); }
 // a + b * weight, with b's sign chosen so that it lies on a's side.
 Quaternion AddAligned(const Quaternion& a, const Quaternion& b, double weight);
-
-AxisFrame ToFrame(const Quaternion& q);
-// `frame` must be orthonormal and right-handed.
-Quaternion FromFrame(const AxisFrame& frame);
 
 // Code of the group element nearest to the rotation `q` (unit up to a positive factor).
 int NearestRotation(const Quaternion& q);

@@ -1,23 +1,16 @@
 #include "fields/orientation_field.h"
 
-#include <algorithm>
 #include <cmath>
-#include <span>
+#include <utility>
 
+#include "cuda/device_use.h"
 #include "fields/field_loops.h"
+#include "fields/frame_smoothing.h"
 #include "fields/point_index.h"
 #include "fields/quartic_form.h"
 
 namespace amhex::fields {
 namespace {
-
-// Ascent towards the neighbours' mean per visit; sweeps do the rest.
-constexpr int kAscentRounds = 2;
-
-float WeightOf(const GridLevel& level, int64_t node, int k) {
-  if (!level.weights.empty()) return level.weights[node][k];
-  return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
-}
 
 // Normals of samples within this distance (edge lengths) and 45 degrees count as one side's.
 constexpr double kNormalReach = 1.0;
@@ -108,65 +101,31 @@ HullForms ParentHullForms(const GridLevel& level, const HullForms& children, int
   return hull;
 }
 
-// The neighbours' and the hull's wishes together.
-QuarticForm WishesAt(const GridLevel& level, const HullForms& hull,
-                     const std::vector<QuarticForm>& forms, int64_t node) {
-  QuarticForm sum;
-  if (const int32_t index = hull.of_node[node]; index >= 0) sum = hull.forms[index];
-  RunWithWidestVectors([&] {
-    for (int k = 0; k < kNeighbourCount; ++k) {
-      const int32_t j = level.neighbours[node][k];
-      if (j >= 0) sum.Add(forms[j], WeightOf(level, node, k));
-    }
-  });
-  return sum;
+// The arrays of `level` and `hull` as views.
+SmoothingLevel ViewOf(const GridLevel& level, const HullForms& hull) {
+  const int64_t edge_count = level.count() * kNeighbourCount;
+  SmoothingLevel view;
+  view.neighbours = {level.neighbours.data()->data(), edge_count};
+  if (!level.weights.empty()) view.weights = {level.weights.data()->data(), edge_count};
+  view.hull_of_node = {hull.of_node.data(), level.count()};
+  view.hull_forms = {hull.forms.data(), static_cast<int64_t>(hull.forms.size())};
+  for (int k = 0; k < kColourCount; ++k) {
+    view.colours[k] = {level.colours[k].data(), static_cast<int64_t>(level.colours[k].size())};
+  }
+  return view;
 }
 
-// Moves the frames of up to kLanes nodes, none a neighbour of another.
-void SmoothNodes(const GridLevel& level, const HullForms& hull, std::span<const int32_t> nodes,
-                 std::vector<QuarticForm>* forms, std::vector<Quaternion>* frames) {
-  FrameBatch batch;
-  for (size_t lane = 0; lane < kLanes; ++lane) {
-    const bool is_used = lane < nodes.size();  // the others repeat the first
-    batch.forms[lane] = is_used ? WishesAt(level, hull, *forms, nodes[lane]) : batch.forms[0];
-    batch.frames[lane] = (*frames)[nodes[is_used ? lane : 0]];
+// Coarsest level first.
+std::vector<SmoothingLevel> ViewLevels(const BackgroundGrid& grid,
+                                       const std::vector<HullForms>& hull,
+                                       const OrientationSettings& settings) {
+  std::vector<SmoothingLevel> views;
+  for (size_t l = grid.levels.size(); l-- > 0;) {
+    SmoothingLevel& view = views.emplace_back(ViewOf(grid.levels[l], hull[l]));
+    view.sweeps = l == 0 ? settings.fine_sweeps : settings.coarse_sweeps;
+    if (views.size() > 1) view.parent = {grid.levels[l].parent.data(), view.node_count()};
   }
-  FindNearestFrames(kAscentRounds, &batch);
-  for (size_t lane = 0; lane < nodes.size(); ++lane) {
-    (*frames)[nodes[lane]] = batch.frames[lane];
-    (*forms)[nodes[lane]] = FormOfFrame(batch.frames[lane]);
-  }
-}
-
-// Calls body(nodes) for kLanes nodes at a time, from several threads.
-template <class Body>
-void ForBatches(const std::vector<int32_t>& nodes, const RunContext& run, const Body& body) {
-  constexpr size_t kBatchesPerPoll = 32;  // some microseconds each
-  using Range = oneapi::tbb::blocked_range<size_t>;
-  const size_t batch_count = (nodes.size() + kLanes - 1) / kLanes;
-  oneapi::tbb::parallel_for(Range(0, batch_count, kBatchesPerPoll), [&](const Range& range) {
-    if (run.ShouldStop()) return;
-    for (size_t b = range.begin(); b < range.end(); ++b) {
-      const size_t begin = b * kLanes;
-      body(std::span(nodes).subspan(begin, std::min<size_t>(kLanes, nodes.size() - begin)));
-    }
-  });
-}
-
-absl::Status SmoothLevel(const GridLevel& level, const HullForms& hull, int sweeps,
-                         const RunContext& run, std::vector<Quaternion>* frames) {
-  std::vector<QuarticForm> forms(level.count());
-  ForEach(run, level.count(), [&](int64_t i) { forms[i] = FormOfFrame((*frames)[i]); });
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (int step = 0; step < 8; ++step) {
-      const std::vector<int32_t>& colour = level.colours[(sweep & 1) != 0 ? 7 - step : step];
-      ForBatches(colour, run, [&](std::span<const int32_t> nodes) {
-        SmoothNodes(level, hull, nodes, &forms, frames);
-      });
-      if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
-    }
-  }
-  return absl::OkStatus();
+  return views;
 }
 
 }  // namespace
@@ -181,21 +140,18 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
   for (size_t l = 0; l + 1 < grid.levels.size(); ++l) {
     hull.push_back(ParentHullForms(grid.levels[l], hull[l], grid.levels[l + 1].count()));
   }
-  std::vector<Quaternion> frames(grid.levels.back().count());
-  for (size_t l = grid.levels.size(); l-- > 0;) {
-    const GridLevel& level = grid.levels[l];
-    if (l + 1 < grid.levels.size()) {
-      std::vector<Quaternion> finer(level.count());
-      for (int64_t i = 0; i < level.count(); ++i) finer[i] = frames[level.parent[i]];
-      frames = std::move(finer);
-    }
-    const int sweeps = l == 0 ? settings.fine_sweeps : settings.coarse_sweeps;
-    if (absl::Status s = SmoothLevel(level, hull[l], sweeps, slice.run(), &frames); !s.ok()) {
-      return s;
-    }
-    slice.Report(static_cast<double>(level.count()) / static_cast<double>(grid.count()));
-  }
-  return frames;
+  SmoothingTask task;
+  task.levels = ViewLevels(grid, hull, settings);
+  task.should_stop = [&slice] { return slice.run().ShouldStop(); };
+  task.on_level = [&](int32_t level) {
+    const int64_t done = task.levels[level].node_count();
+    slice.Report(static_cast<double>(done) / static_cast<double>(grid.count()));
+  };
+  const absl::StatusOr<bool> outcome =
+      RunWhereChosen(settings.device, &task, [&] { return SmoothFramesOnCpu(task); });
+  if (!outcome.ok()) return outcome.status();
+  if (absl::Status status = slice.run().CheckStop(); !status.ok()) return status;
+  return std::move(task.frames);
 }
 
 ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternion>& frames,

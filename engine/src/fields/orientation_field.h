@@ -10,12 +10,18 @@
 #include "fields/octahedral_group.h"
 #include "input/hull.h"
 
+namespace amhex {
+class DeviceUse;
+}
+
 namespace amhex::fields {
 
 struct OrientationSettings {
   int fine_sweeps = 10;      // on the finest level; 100 give no fewer open faces
   int coarse_sweeps = 100;   // on each coarser one: cheap, and there the singularities are settled
   double hull_weight = 300;  // of "an axis along the normal" on a flat hull against one neighbour
+  DeviceUse* device =
+      nullptr;  // where the sweeps run; null: on the CPU. The same frames, to the bit
 };
 
 // [node_count] unit quaternions of the finest level; `samples` (may be empty) tell how much the

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
+#include "fields/node_links.h"
 #include "fields/phase_seeds.h"
 
 namespace amhex::fields {
@@ -71,6 +73,15 @@ class PhaseSystem {
     });
   }
 
+  // The same for a device, on this system's arrays.
+  PhaseOperator Matrix(const NodeLinks& links) const {
+    return {links,
+            {&turns_.data()->data()->data()->cosine, 18 * level_.count()},
+            {edge_count_.data(), level_.count()},
+            {hull_weight_.data(), 3 * level_.count()},
+            pull_};
+  }
+
   // Hull targets, plus the pull towards the unit numbers in the direction of x.
   std::vector<float> RightSide(const std::vector<float>& x) const {
     std::vector<float> rhs(6 * level_.count());
@@ -83,6 +94,7 @@ class PhaseSystem {
     return rhs;
   }
   const std::vector<float>& hull_target() const { return hull_target_; }
+  OwnedLinks Links() const { return OwnedLinks(level_, codes_, run_); }
 
  private:
   void SetTurns(const LatticeForm& form, int64_t i) {
@@ -157,14 +169,32 @@ class PhaseSystem {
   float pull_ = kRegularization;
 };
 
-absl::Status Improve(const PhaseSystem& phases, const std::vector<float>& rhs,
-                     const ConjugateGradientLimits& limits, const RunContext& run,
-                     std::vector<float>* x) {
-  const LinearSystem system{
-      [&](const std::vector<float>& v, std::vector<float>& product) { phases.Apply(v, product); },
-      phases.Diagonal()};
-  return SolveConjugateGradient(system, rhs, limits, run, x).status();
-}
+// Solves with the phases' matrix as it is.
+class PhaseSolver {
+ public:
+  PhaseSolver(const PhaseSystem& phases, DeviceUse* device, const RunContext& run)
+      : phases_(phases), device_(device), run_(run) {
+    if (device != nullptr) links_.emplace(phases.Links());
+  }
+
+  absl::Status Improve(const std::vector<float>& rhs, const ConjugateGradientLimits& limits,
+                       std::vector<float>* x) const {
+    LinearSystem system;
+    system.apply = [this](const std::vector<float>& v, std::vector<float>& product) {
+      phases_.Apply(v, product);
+    };
+    system.diagonal = phases_.Diagonal();
+    system.device = device_;
+    if (links_) system.matrix = phases_.Matrix(links_->View());
+    return SolveConjugateGradient(system, rhs, limits, run_, x).status();
+  }
+
+ private:
+  const PhaseSystem& phases_;
+  DeviceUse* device_;
+  const RunContext& run_;
+  std::optional<OwnedLinks> links_;
+};
 
 // Onto the layer of cell centres that is nearest along each aligned hull normal.
 void ProjectToLayers(const HullConstraints& constraints, const AxisFrame& frame, const Vec3d& size,
@@ -190,9 +220,10 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
   PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
+  const PhaseSolver solver(phases, settings.device, run);
   std::vector<float> x(6 * grid.count(), 0.0F);
-  absl::Status status = Improve(phases, phases.hull_target(),
-                                {settings.first_iterations, settings.first_tolerance}, run, &x);
+  absl::Status status = solver.Improve(phases.hull_target(),
+                                       {settings.first_iterations, settings.first_tolerance}, &x);
   SeedWeakPhases(grid.fine(), codes, form, &x);
   for (int round = 0; status.ok() && round < settings.rounds; ++round) {
     slice.Report((round + 1.0) / (settings.rounds + 2.0));
@@ -200,8 +231,8 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
         settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 1.0;
     phases.SetPull(static_cast<float>(
         settings.first_pull * std::pow(settings.last_pull / settings.first_pull, progress)));
-    status = Improve(phases, phases.RightSide(x),
-                     {settings.round_iterations, settings.round_tolerance}, run, &x);
+    status = solver.Improve(phases.RightSide(x),
+                            {settings.round_iterations, settings.round_tolerance}, &x);
   }
   if (!status.ok()) return status;
   std::vector<Vec3d> positions(grid.count());

@@ -18,6 +18,7 @@ struct PhaseSettings {
   double last_pull = 1.0;
   int round_iterations = 40;
   double round_tolerance = 1e-3;
+  DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
 };
 
 // [node_count] for each node the position in space of the lattice point (a cell centre) that it is

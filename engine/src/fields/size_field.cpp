@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
+#include "fields/node_links.h"
 
 namespace amhex::fields {
 namespace {
@@ -94,6 +96,11 @@ class SizeSystem {
       }
       StoreAxes(sum, to + 3 * i);
     });
+  }
+
+  // The same for a device, on this system's arrays.
+  SizeOperator Matrix(const NodeLinks& links) const {
+    return {links, {weights_.data()->data()->data(), 9 * level_.count()}, kRegularization};
   }
 
   std::vector<float> Diagonal() const {
@@ -204,9 +211,16 @@ absl::StatusOr<std::vector<Vec3d>> SolveSizeField(const BackgroundGrid& grid,
   }
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   slice.Report(0.3);
-  const LinearSystem linear{
-      [&](const std::vector<float>& x, std::vector<float>& product) { system.Apply(x, product); },
-      system.Diagonal()};
+  LinearSystem linear;
+  linear.apply = [&](const std::vector<float>& x, std::vector<float>& product) {
+    system.Apply(x, product);
+  };
+  linear.diagonal = system.Diagonal();
+  std::optional<OwnedLinks> links;
+  if (settings.device != nullptr) {
+    linear.device = settings.device;
+    linear.matrix = system.Matrix(links.emplace(grid.fine(), codes, run).View());
+  }
   std::vector<float> s(rhs.size(), 0.0F);
   const absl::StatusOr<int> iterations =
       SolveConjugateGradient(linear, rhs, {settings.max_iterations, settings.tolerance}, run, &s);

@@ -20,6 +20,7 @@ struct SizeSettings {
   double gradient_limit = 1.0;  // of |grad s|, per edge length
   int max_iterations = 1000;
   double tolerance = 1e-4;
+  DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
 };
 
 // [node_count] edge lengths along the three axes of `frames`, in

@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "base/counter_rng.h"
+#include "fields/frame_batch.h"
+#include "fields/octahedral_group.h"
 
 namespace amhex::fields {
 namespace {

@@ -1,10 +1,15 @@
 // The CUDA backend against the CPU's, to the bit; skipped where no device is usable.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 
 #include "cuda/cuda_library.h"
+#include "cuda/device_use.h"
+#include "fields/background_grid.h"
+#include "fields/field_sites.h"
+#include "fields/orientation_field.h"
 #include "fixtures/solids.h"
 #include "input/site_grid.h"
 #include "relax/relaxation.h"
@@ -52,6 +57,54 @@ TEST_P(CudaParity, GivesTheSameBitsAsTheCpu) {
   EXPECT_EQ(cpu->position, cuda->position);
   for (size_t i = 0; i < cpu->frame.size(); ++i) {
     EXPECT_EQ(cpu->frame[i].axis, cuda->frame[i].axis) << "site " << i;
+  }
+}
+
+bool AreEqual(const std::vector<AxisFrame>& a, const std::vector<AxisFrame>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const AxisFrame& x, const AxisFrame& y) { return x.axis == y.axis; });
+}
+
+// All solvers of the field stages, one after the other.
+TEST(CudaParityOfFields, GivesTheSameSitesAsTheCpu) {
+  const absl::StatusOr<std::string> device = DescribeCuda();
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTorus(2.4, 1.1, 0.5));
+  RunContext run;
+  MeshingParams params;
+  params.run.backend = Backend::kCpu;
+  const auto cpu = PopulateFromFields(hull, SamplesOf(hull), params, run);
+  params.run.backend = Backend::kCuda;
+  const auto cuda = PopulateFromFields(hull, SamplesOf(hull), params, run);
+  ASSERT_TRUE(cpu.ok()) << cpu.status();
+  ASSERT_TRUE(cuda.ok()) << cuda.status();
+  ASSERT_GT(cpu->count(), 0);
+  EXPECT_EQ(cpu->position, cuda->position);
+  EXPECT_EQ(cpu->size, cuda->size);
+  EXPECT_TRUE(AreEqual(cpu->frame, cuda->frame));
+  EXPECT_EQ(cpu->links.size(), cuda->links.size());
+}
+
+TEST(CudaParityOfFields, GivesTheSameFramesAsTheCpuAfterAnOddNumberOfSweeps) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTorus(3, 1.2, 0.5));
+  RunContext run;
+  const fields::ProgressSlice slice(run, 0, 1);
+  const auto grid = fields::BuildBackgroundGrid(hull, slice);
+  ASSERT_TRUE(grid.ok()) << grid.status();
+  fields::OrientationSettings settings;
+  settings.fine_sweeps = 5;
+  settings.coarse_sweeps = 21;
+  const auto cpu = fields::SolveOrientationField(*grid, SamplesOf(hull), settings, slice);
+  settings.device = &*device;
+  const auto cuda = fields::SolveOrientationField(*grid, SamplesOf(hull), settings, slice);
+  ASSERT_TRUE(cpu.ok()) << cpu.status();
+  ASSERT_TRUE(cuda.ok()) << cuda.status();
+  ASSERT_EQ(cpu->size(), cuda->size());
+  for (size_t i = 0; i < cpu->size(); ++i) {
+    const Quaternion &a = (*cpu)[i], &b = (*cuda)[i];
+    ASSERT_TRUE(a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z) << "node " << i;
   }
 }
 

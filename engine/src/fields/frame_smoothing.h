@@ -1,0 +1,56 @@
+// The smoothing behind the orientation field as plain arrays: what crosses the border to the
+// executors, and to the CUDA library that is loaded at run time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "base/array_view.h"
+#include "fields/frame_math.h"
+#include "fields/grid_neighbours.h"
+#include "fields/quartic_form.h"
+
+namespace amhex::fields {
+
+inline constexpr int kColourCount = 8;
+// Ascent towards the neighbours' mean per visit; sweeps do the rest.
+inline constexpr int kAscentRounds = 2;
+
+// One level of the background grid. The owner of the arrays outlives the task.
+struct SmoothingLevel {
+  ArrayView<const int32_t> neighbours;      // [node_count][18] nodes, -1 = none
+  ArrayView<const float> weights;           // [node_count][18], or empty: those of the finest level
+  ArrayView<const int32_t> parent;          // [node_count] nodes of the level before; empty there
+  ArrayView<const int32_t> hull_of_node;    // [node_count] index into hull_forms, -1 = none
+  ArrayView<const QuarticForm> hull_forms;  // what hull and guides wish
+  std::array<ArrayView<const int32_t>, kColourCount> colours;  // no two neighbours in one of them
+  int32_t sweeps = 0;
+
+  int64_t node_count() const { return hull_of_node.size; }
+  AMHEX_HD float WeightOf(int64_t node, int k) const {
+    if (!weights.empty()) return weights[node * kNeighbourCount + k];
+    return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
+  }
+  // Even sweeps take the colours upwards, odd ones downwards.
+  static int ColourOf(int32_t sweep, int step) {
+    return (sweep & 1) != 0 ? kColourCount - 1 - step : step;
+  }
+};
+
+struct SmoothingTask {
+  std::vector<SmoothingLevel> levels;  // coarsest first
+  std::vector<Quaternion> frames;      // out: [node_count] of the last level
+  // Both may be empty. The first is asked from several threads. The second is called after each
+  // level with its number.
+  std::function<bool()> should_stop;
+  std::function<void(int32_t)> on_level;
+};
+
+// In eight lanes at a time; the device does the same node by node (frame_smoothing_impl.h).
+// Every frame starts as its parent's, and moves colour by colour towards what its neighbours and
+// the hull wish. False if it was stopped; `frames` are then as they were.
+bool SmoothFramesOnCpu(SmoothingTask& task);
+
+}  // namespace amhex::fields

@@ -1,0 +1,152 @@
+// The smoothing of frame_smoothing.h as a template over the executor.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "exec/executor.h"
+#include "fields/frame_smoothing.h"
+#include "fields/grid_neighbours.h"
+
+namespace amhex::fields {
+
+struct InheritFrameBody {
+  ArrayView<const int32_t> parent;
+  ArrayView<const Quaternion> coarser;
+  ArrayView<Quaternion> frames;
+  ArrayView<QuarticForm> forms;
+  AMHEX_HD void operator()(int64_t node) const {
+    frames[node] = parent.empty() ? Quaternion{} : coarser[parent[node]];
+    forms[node] = FormOfFrame(frames[node]);
+  }
+};
+
+// One element per node of a colour: reads nodes of other colours, writes its own.
+struct SmoothFrameBody {
+  SmoothingLevel level;
+  ArrayView<const int32_t> colour;
+  ArrayView<Quaternion> frames;
+  ArrayView<QuarticForm> forms;
+
+  AMHEX_HD void operator()(int64_t index) const {
+    const int64_t node = colour[index];
+    QuarticForm sum;
+    if (const int32_t hull = level.hull_of_node[node]; hull >= 0) sum = level.hull_forms[hull];
+    for (int k = 0; k < kNeighbourCount; ++k) {
+      const int32_t neighbour = level.neighbours[node * kNeighbourCount + k];
+      if (neighbour >= 0) sum.Add(forms[neighbour], level.WeightOf(node, k));
+    }
+    const Quaternion frame = NearestFrame(sum, frames[node], kAscentRounds);
+    frames[node] = frame;
+    forms[node] = FormOfFrame(frame);
+  }
+};
+
+// One object per run.
+template <class E>
+class FrameSmoothing {
+ public:
+  FrameSmoothing(E& executor, SmoothingTask& task) : executor_(executor), task_(task) {}
+
+  // Memory where bodies run, at its peak, without what the executor needs of its own.
+  static int64_t Bytes(const SmoothingTask& task) {
+    int64_t largest = 0, coarser = 0;
+    for (const SmoothingLevel& level : task.levels) {
+      const auto bytes = [](const auto& view) {
+        return view.size * static_cast<int64_t>(sizeof(view.data[0]));
+      };
+      int64_t sum = bytes(level.neighbours) + bytes(level.weights) + bytes(level.parent) +
+                    bytes(level.hull_of_node) + bytes(level.hull_forms);
+      for (const ArrayView<const int32_t>& colour : level.colours) sum += bytes(colour);
+      const int64_t frames = level.node_count() * static_cast<int64_t>(sizeof(Quaternion));
+      sum += frames + level.node_count() * static_cast<int64_t>(sizeof(QuarticForm));
+      largest = largest > sum + coarser ? largest : sum + coarser;
+      coarser = frames;
+    }
+    return largest;
+  }
+
+  bool Run() {
+    for (size_t level = 0; level < task_.levels.size(); ++level) {
+      Smooth(task_.levels[level]);
+      if (executor_.Stopped()) return false;
+      if (task_.on_level) task_.on_level(static_cast<int32_t>(level));
+    }
+    std::vector<Quaternion> done(static_cast<size_t>(frames_.size()));
+    executor_.CopyOut(frames_, frames_.size(), done.data());
+    if (executor_.Stopped()) return false;
+    task_.frames = std::move(done);
+    return true;
+  }
+
+ private:
+  template <class T>
+  using Array = Buffer<E, T>;
+
+  template <class T>
+  Array<T> Uploaded(ArrayView<const T> host) {
+    Array<T> buffer = executor_.template Alloc<T>(host.size);
+    executor_.CopyIn(host.data, host.size, buffer);
+    return buffer;
+  }
+
+  // `level` with its arrays where bodies run; they live as long as `keep`.
+  struct Uploads {
+    Array<int32_t> neighbours, parent, hull_of_node;
+    Array<float> weights;
+    Array<QuarticForm> hull_forms;
+    std::array<Array<int32_t>, kColourCount> colours;
+  };
+  SmoothingLevel Upload(const SmoothingLevel& level, Uploads& keep) {
+    keep.neighbours = Uploaded(level.neighbours);
+    keep.parent = Uploaded(level.parent);
+    keep.hull_of_node = Uploaded(level.hull_of_node);
+    keep.weights = Uploaded(level.weights);
+    keep.hull_forms = Uploaded(level.hull_forms);
+    SmoothingLevel there = level;
+    there.neighbours = ReadOnly(keep.neighbours.View());
+    there.parent = ReadOnly(keep.parent.View());
+    there.hull_of_node = ReadOnly(keep.hull_of_node.View());
+    there.weights = ReadOnly(keep.weights.View());
+    there.hull_forms = ReadOnly(keep.hull_forms.View());
+    for (size_t k = 0; k < kColourCount; ++k) {
+      keep.colours[k] = Uploaded(level.colours[k]);
+      there.colours[k] = ReadOnly(keep.colours[k].View());
+    }
+    return there;
+  }
+
+  void Smooth(const SmoothingLevel& host_level) {
+    const int64_t count = host_level.node_count();
+    Uploads uploads;
+    const SmoothingLevel level = Upload(host_level, uploads);
+    Array<Quaternion> frames = executor_.template Alloc<Quaternion>(count);
+    Array<QuarticForm> forms = executor_.template Alloc<QuarticForm>(count);
+    executor_.ForEach(
+        "inherit frames", count,
+        InheritFrameBody{level.parent, ReadOnly(frames_.View()), frames.View(), forms.View()});
+    Array<int64_t> no_state = executor_.template Alloc<int64_t>(1);
+    constexpr int64_t kNothing = 0;
+    executor_.CopyIn(&kNothing, 1, no_state);
+    int32_t sweep = 0;
+    const auto take_sweep = [&] {
+      for (int step = 0; step < kColourCount; ++step) {
+        const auto colour =
+            level.colours[static_cast<size_t>(SmoothingLevel::ColourOf(sweep, step))];
+        executor_.ForEach("smooth frames", colour.size,
+                          SmoothFrameBody{level, colour, frames.View(), forms.View()});
+      }
+      ++sweep;
+    };
+    executor_.Repeat(level.sweeps, no_state, take_sweep, NoObserver{});
+    frames_ = std::move(frames);
+  }
+
+  E& executor_;
+  SmoothingTask& task_;
+  Array<Quaternion> frames_;  // of the level that is done
+};
+
+}  // namespace amhex::fields

@@ -1,0 +1,289 @@
+// Conjugate gradients (conjugate_gradient.h) as a template over the executor and the matrix. The
+// numbers that decide how it goes on stay where bodies run; the bits are those of the host's
+// solver.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/platform.h"
+#include "exec/executor.h"
+#include "fields/gradient_task.h"
+#include "fields/sum_blocks.h"
+
+namespace amhex::fields {
+
+// Places in the array of counts; the first four turn zero when the solve ends.
+inline constexpr int kLiveUnknowns = 0;
+inline constexpr int kLiveNodes = 1;
+inline constexpr int kLiveSums = 2;  // interleaved partial sums
+inline constexpr int kIsLive = 3;
+inline constexpr int kIterationsDone = 4;
+inline constexpr int kCountsSize = 5;
+// Places in the array of numbers.
+inline constexpr int kNorm = 0;
+inline constexpr int kGoal = 1;
+inline constexpr int kStep = 2;
+inline constexpr int kCarry = 3;
+inline constexpr int kNumbersSize = 4;
+
+template <class Operator>
+struct ApplyBody {
+  Operator matrix;
+  int pass = 0;
+  ArrayView<const float> x;
+  ArrayView<float> scratch;
+  ArrayView<float> product;
+  AMHEX_HD void operator()(int64_t node) const {
+    matrix.Apply(pass, node, x.data, scratch.data, product.data);
+  }
+};
+
+// Terms of sums, in double precision.
+struct ProductTerm {
+  ArrayView<const float> a, b;
+  AMHEX_HD double operator()(int64_t i) const {
+    return static_cast<double>(a[i]) * static_cast<double>(b[i]);
+  }
+};
+struct SquareTerm {
+  ArrayView<const float> value, diagonal;
+  AMHEX_HD double operator()(int64_t i) const {
+    const double v = value[i];
+    return v * v / static_cast<double>(diagonal[i]);
+  }
+};
+
+// One of the interleaved sums of one block.
+template <class Term>
+struct PartialSumBody {
+  int64_t count = 0;
+  Term term;
+  ArrayView<double> partial;
+  AMHEX_HD void operator()(int64_t index) const {
+    const int64_t begin = index / kSumLanes * kSumBlock, lane = index % kSumLanes;
+    const int64_t end = Smaller(count, begin + kSumBlock);
+    const int64_t whole = begin + (end - begin) / kSumLanes * kSumLanes;
+    double sum = 0;
+    for (int64_t i = begin + lane; i < whole; i += kSumLanes) sum += term(i);
+    for (int64_t i = whole; i < end && lane == 0; ++i) sum += term(i);
+    partial[index] = sum;
+  }
+};
+
+// What is decided once a sum is there; each runs as one element.
+struct DecideBody {
+  ArrayView<const double> partial;
+  ArrayView<int64_t> counts;
+  ArrayView<double> numbers;
+
+  AMHEX_HD double Total() const {
+    double sum = 0;
+    for (int64_t i = 0; i < partial.size; i += kSumLanes) {
+      sum += (partial[i] + partial[i + 1]) + (partial[i + 2] + partial[i + 3]);
+    }
+    return sum;
+  }
+  AMHEX_HD void End() const {
+    for (int place = kLiveUnknowns; place <= kIsLive; ++place) counts[place] = 0;
+  }
+};
+struct SetGoalBody : DecideBody {
+  double tolerance = 0;
+  AMHEX_HD void operator()(int64_t) const { numbers[kGoal] = tolerance * tolerance * Total(); }
+};
+struct BeginBody : DecideBody {
+  AMHEX_HD void operator()(int64_t) const {
+    numbers[kNorm] = Total();
+    if (!(numbers[kNorm] > numbers[kGoal])) End();
+  }
+};
+// Without curvature the direction has vanished: nothing is left to improve.
+struct ChooseStepBody : DecideBody {
+  AMHEX_HD void operator()(int64_t) const {
+    const double curvature = Total();
+    if (!(curvature > 0)) return End();
+    numbers[kStep] = numbers[kNorm] / curvature;
+  }
+};
+struct ChooseCarryBody : DecideBody {
+  AMHEX_HD void operator()(int64_t) const {
+    const double norm = Total();
+    numbers[kCarry] = norm / numbers[kNorm];
+    numbers[kNorm] = norm;
+    ++counts[kIterationsDone];
+    if (!(norm > numbers[kGoal])) End();
+  }
+};
+
+// The vectors of the iteration; one element per unknown.
+struct GradientVectors {
+  ArrayView<const float> diagonal, right_side;
+  ArrayView<float> x, residual, direction, product;
+  ArrayView<const double> numbers;
+};
+struct StartBody {
+  GradientVectors v;
+  AMHEX_HD void operator()(int64_t i) const {
+    v.residual[i] = v.right_side[i] - v.product[i];
+    v.direction[i] = v.residual[i] / v.diagonal[i];
+  }
+};
+struct MoveBody {
+  GradientVectors v;
+  AMHEX_HD void operator()(int64_t i) const {
+    const auto step = static_cast<float>(v.numbers[kStep]);
+    v.x[i] += step * v.direction[i];
+    v.residual[i] -= step * v.product[i];
+  }
+};
+struct TurnBody {
+  GradientVectors v;
+  AMHEX_HD void operator()(int64_t i) const {
+    const auto carry = static_cast<float>(v.numbers[kCarry]);
+    v.direction[i] = v.residual[i] / v.diagonal[i] + carry * v.direction[i];
+  }
+};
+
+// One object per solve.
+template <class E, class Operator>
+class GradientSolve {
+ public:
+  GradientSolve(E& executor, GradientTask& task)
+      : executor_(executor),
+        task_(task),
+        unknowns_(task.unknown_count()),
+        sums_(kSumLanes * SumBlocks(unknowns_)) {}
+
+  // Memory where bodies run.
+  static int64_t Bytes(const GradientTask& task) {
+    constexpr int64_t kVectors = 6;  // right side, diagonal, x, residual, direction, product
+    int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
+    sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
+    sum += kSumLanes * SumBlocks(task.unknown_count()) * static_cast<int64_t>(sizeof(double));
+    Operator matrix = std::get<Operator>(task.matrix);
+    matrix.VisitArrays(
+        [&sum](auto& view) { sum += view.size * static_cast<int64_t>(sizeof(*view.data)); });
+    return sum;
+  }
+
+  // False if it was stopped.
+  bool Run() {
+    Upload();
+    Start();
+    executor_.Repeat(
+        task_.max_iterations, counts_, [this] { Iterate(); },
+        [](const int64_t* counts) { return counts[kIsLive] == 0; });
+    std::vector<float> x(static_cast<size_t>(unknowns_));
+    int64_t counts[kCountsSize] = {};
+    executor_.CopyOut(x_, unknowns_, x.data());
+    executor_.CopyOut(counts_, kCountsSize, counts);
+    if (executor_.Stopped()) return false;
+    *task_.x = std::move(x);
+    task_.iterations = static_cast<int32_t>(counts[kIterationsDone]);
+    return true;
+  }
+
+ private:
+  template <class T>
+  using Array = Buffer<E, T>;
+
+  template <class T>
+  Array<T> Uploaded(const T* host, int64_t count) {
+    Array<T> buffer = executor_.template Alloc<T>(count);
+    executor_.CopyIn(host, count, buffer);
+    return buffer;
+  }
+
+  void Upload() {
+    matrix_ = std::get<Operator>(task_.matrix);
+    matrix_.VisitArrays([this](auto& view) {
+      using Element = std::remove_cvref_t<decltype(*view.data)>;
+      const auto* bytes = reinterpret_cast<const uint8_t*>(view.data);
+      const int64_t count = view.size * static_cast<int64_t>(sizeof(Element));
+      view.data = reinterpret_cast<const Element*>(
+          matrix_arrays_.emplace_back(Uploaded(bytes, count)).View().data);
+    });
+    diagonal_ = Uploaded(task_.diagonal.data, unknowns_);
+    right_side_ = Uploaded(task_.right_side.data, unknowns_);
+    x_ = Uploaded(task_.x->data(), unknowns_);
+    residual_ = executor_.template Alloc<float>(unknowns_);
+    direction_ = executor_.template Alloc<float>(unknowns_);
+    product_ = executor_.template Alloc<float>(unknowns_);
+    scratch_ = executor_.template Alloc<float>(task_.node_count * Operator::kScratch);
+    partial_ = executor_.template Alloc<double>(sums_);
+    numbers_ = executor_.template Alloc<double>(kNumbersSize);
+    const int64_t counts[kCountsSize] = {unknowns_, task_.node_count, sums_, 1, 0};
+    counts_ = Uploaded(counts, kCountsSize);
+  }
+
+  GradientVectors Vectors() {
+    return {ReadOnly(diagonal_.View()),
+            ReadOnly(right_side_.View()),
+            x_.View(),
+            residual_.View(),
+            direction_.View(),
+            product_.View(),
+            ReadOnly(numbers_.View())};
+  }
+
+  // Runs as many elements as the solve has left, none once it has ended.
+  template <class Body>
+  void ForLive(const char* description, int place, int64_t count, const Body& body) {
+    executor_.ForEachOf(description, count, {counts_.View().data + place, 1}, body);
+  }
+
+  void Apply(const Array<float>& to) {
+    for (int pass = 0; pass < Operator::kPasses; ++pass) {
+      ForLive("apply the matrix", kLiveNodes, task_.node_count,
+              ApplyBody<Operator>{matrix_, pass, to.View(), scratch_.View(), product_.View()});
+    }
+  }
+
+  template <class Term>
+  void Sum(const Term& term) {
+    ForLive("sum", kLiveSums, sums_, PartialSumBody<Term>{unknowns_, term, partial_.View()});
+  }
+  template <class Body>
+  void Decide(const char* description, Body body) {
+    body.partial = ReadOnly(partial_.View());
+    body.counts = counts_.View();
+    body.numbers = numbers_.View();
+    ForLive(description, kIsLive, 1, body);
+  }
+
+  void Start() {
+    Apply(x_);
+    ForLive("start", kLiveUnknowns, unknowns_, StartBody{Vectors()});
+    Sum(SquareTerm{ReadOnly(right_side_.View()), ReadOnly(diagonal_.View())});
+    SetGoalBody set_goal;
+    set_goal.tolerance = task_.tolerance;
+    Decide("set the goal", set_goal);
+    Sum(ProductTerm{ReadOnly(residual_.View()), ReadOnly(direction_.View())});
+    Decide("begin", BeginBody());
+  }
+
+  void Iterate() {
+    Apply(direction_);
+    Sum(ProductTerm{ReadOnly(direction_.View()), ReadOnly(product_.View())});
+    Decide("choose the step", ChooseStepBody());
+    ForLive("move", kLiveUnknowns, unknowns_, MoveBody{Vectors()});
+    Sum(SquareTerm{ReadOnly(residual_.View()), ReadOnly(diagonal_.View())});
+    Decide("choose the carry", ChooseCarryBody());
+    ForLive("turn", kLiveUnknowns, unknowns_, TurnBody{Vectors()});
+  }
+
+  E& executor_;
+  GradientTask& task_;
+  int64_t unknowns_;
+  int64_t sums_;
+  Operator matrix_;
+  std::vector<Array<uint8_t>> matrix_arrays_;
+  Array<float> diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
+  Array<double> partial_, numbers_;
+  Array<int64_t> counts_;
+};
+
+}  // namespace amhex::fields

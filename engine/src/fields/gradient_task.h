@@ -1,0 +1,29 @@
+// One solve by conjugate gradients as plain arrays: what crosses the border to the CUDA library
+// that is loaded at run time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "base/array_view.h"
+#include "fields/linear_operators.h"
+
+namespace amhex::fields {
+
+// Views are on host arrays that outlive the task.
+struct GradientTask {
+  LinearOperator matrix;
+  int64_t node_count = 0;
+  ArrayView<const float> diagonal;    // [unknown_count] > 0
+  ArrayView<const float> right_side;  // [unknown_count]
+  std::vector<float>* x = nullptr;    // [unknown_count] in and out; as it was unless it was done
+  int32_t max_iterations = 0;
+  double tolerance = 0;
+  std::function<bool()> should_stop;  // may be empty
+  int32_t iterations = 0;             // out
+
+  int64_t unknown_count() const { return right_side.size; }
+};
+
+}  // namespace amhex::fields
