@@ -34,9 +34,10 @@ absl::StatusOr<BackendChoice> ChooseBackend(Backend requested) {
 
 std::vector<BackendInfo> ListBackends() {
   const absl::StatusOr<std::string> cuda = DescribeCuda();
-  return {{Backend::kCpu, true, DescribeCpu()},
+  return {{Backend::kCpu, true, DescribeCpu(), 0},
           {Backend::kCuda, cuda.ok(),
-           cuda.ok() ? *cuda : absl::StrCat("cuda: ", std::string(cuda.status().message()))}};
+           cuda.ok() ? *cuda : absl::StrCat("cuda: ", std::string(cuda.status().message())),
+           CudaMemoryBytes()}};
 }
 
 std::string EngineVersion() { return absl::StrCat("amhex ", kVersion, " (", kRevision, ")"); }

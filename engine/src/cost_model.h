@@ -22,4 +22,15 @@ inline constexpr double ExpectedSeconds(int64_t cell_count, int64_t input_elemen
          kSecondsPerInputElement * static_cast<double>(input_elements);
 }
 
+// The largest of the fields' solves on a device, of the closed lattice form
+// (fields/gradient_impl.h), in bytes per node of the background grid: links 27, which numbers are
+// closed and follow the hull 3, six vectors of nine floats 216, curls 36.
+inline constexpr int64_t kDeviceBytesPerNode = 282;
+// Nodes of the background grid, half an edge length apart.
+inline constexpr int64_t kNodesPerCell = 8;
+
+inline constexpr int64_t ExpectedFieldBytes(int64_t cell_count) {
+  return kDeviceBytesPerNode * kNodesPerCell * cell_count;
+}
+
 }  // namespace amhex

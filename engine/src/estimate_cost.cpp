@@ -1,4 +1,5 @@
 // What a run would cost, told from the input's volume and the wanted size alone.
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -6,8 +7,10 @@
 #include "amhex/mesher.h"
 #include "base/status_macros.h"
 #include "cost_model.h"
+#include "cuda/cuda_library.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
+#include "relax/device_memory.h"
 
 namespace amhex {
 namespace {
@@ -59,6 +62,21 @@ double WantedCells(const SizingParams& sizing, double volume) {
   return static_cast<double>(kMaxDefaultCellCount);
 }
 
+// The most that any step takes on a device; each gives back everything before the next begins.
+int64_t DeviceBytes(int64_t cell_count, const MeshingParams& params) {
+  const int64_t relaxation = ExpectedRelaxationBytes(cell_count, kTypicalFill, params.relaxation);
+  const bool has_fields = params.relaxation.initialization == Initialization::kField;
+  return has_fields ? std::max(relaxation, ExpectedFieldBytes(cell_count)) : relaxation;
+}
+
+absl::Status CheckDeviceMemory(const CostEstimate& estimate) {
+  const int64_t total = CudaMemoryBytes();
+  if (total == 0 || estimate.device_memory_bytes <= total) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "about ", estimate.device_memory_bytes, " bytes of device memory are needed for ",
+      estimate.cell_count, " cells, the CUDA device has ", total));
+}
+
 }  // namespace
 
 absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingParams& params) {
@@ -90,6 +108,12 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   estimate.cell_count = std::max<int64_t>(1, std::llround(cells));
   estimate.memory_bytes = ExpectedMemoryBytes(estimate.cell_count, element_count);
   estimate.seconds = ExpectedSeconds(estimate.cell_count, element_count);
+  const bool has_relaxation = given == nullptr || params.input.volume_use == VolumeUse::kHull;
+  if (has_relaxation && params.run.backend != Backend::kCpu) {
+    estimate.device_memory_bytes = DeviceBytes(estimate.cell_count, params);
+  }
+  // Under kAuto the CPU takes what the device has no room for.
+  if (params.run.backend == Backend::kCuda) AMHEX_RETURN_IF_ERROR(CheckDeviceMemory(estimate));
   const int64_t limit = params.run.memory_limit_bytes;
   if (limit > 0 && estimate.memory_bytes > limit) {
     return absl::ResourceExhaustedError(absl::StrCat("about ", estimate.memory_bytes,

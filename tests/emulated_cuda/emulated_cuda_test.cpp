@@ -299,6 +299,44 @@ TEST_F(EmulatedCuda, AutoTakesTheCpuWhereMemoryEndsOnTheWay) {
   EXPECT_GT(taken_over, 0);
 }
 
+// Before anything is known of the run but its size; a cube, so that its size is exact.
+TEST_F(EmulatedCuda, TakesAboutAsMuchMemoryAsAJobOfItsSizeIsSaidTo) {
+  MeshingParams params;
+  params.sizing.cell_count = 512;
+  params.run.backend = Backend::kCuda;
+  const InputHull cube = fixtures::MakeBox({1, 1, 1}, 0.25);
+  const auto peak_of = [&] {
+    device_->Restart();
+    RunContext run;
+    const auto result = Mesh(cube, params, run);
+    EXPECT_TRUE(result.ok()) << result.status();
+    return static_cast<double>(controls().peak);
+  };
+  const auto expected = [&] {
+    const auto estimate = EstimateCost(cube, params);
+    EXPECT_TRUE(estimate.ok()) << estimate.status();
+    return estimate.ok() ? static_cast<double>(estimate->device_memory_bytes) : 0.0;
+  };
+  EXPECT_NEAR(expected() / peak_of(), 1.0, 0.1);
+  params.relaxation.initialization = Initialization::kGrid;
+  params.relaxation.iteration_count = 1;
+  // The solid fills its box, where half is expected.
+  EXPECT_NEAR(expected() / peak_of(), 1.0, 0.3);
+}
+
+TEST_F(EmulatedCuda, JobsThatCannotFitAreRefusedBeforeTheyBegin) {
+  MeshingParams params;
+  params.sizing.cell_count = 10'000'000;
+  params.run.backend = Backend::kCuda;
+  const InputHull cube = fixtures::MakeBox({1, 1, 1}, 0.5);
+  const auto refused = EstimateCost(cube, params);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.status().message()),
+              HasSubstr("the CUDA device has " + std::to_string(CudaMemoryBytes())));
+  params.run.backend = Backend::kAuto;
+  EXPECT_TRUE(EstimateCost(cube, params).ok());
+}
+
 // Last, since the process remembers.
 TEST_F(EmulatedCuda, ZAFailureThatLastsMeansTheDeviceIsLost) {
   controls().failing_call = 40;

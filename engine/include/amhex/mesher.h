@@ -40,8 +40,12 @@ absl::StatusOr<MeshingResult> Mesh(const MeshingInput& input, const MeshingParam
 struct CostEstimate {
   int64_t cell_count = 0;
   int64_t memory_bytes = 0;
+  // Peak on a CUDA device if the run uses one; 0 for Backend::kCpu.
+  int64_t device_memory_bytes = 0;
   double seconds = 0;
 };
+// Errors: INVALID_ARGUMENT and OUT_OF_RANGE (bad parameter, bad input), RESOURCE_EXHAUSTED with the
+// numbers (more memory than run.memory_limit_bytes, or than the device has that is asked for).
 absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingParams& params);
 
 // The same without the geometry, for an input of so many triangles, points or cells. Where only the
@@ -54,6 +58,7 @@ struct BackendInfo {
   Backend backend = Backend::kCpu;
   bool available = false;
   std::string description;
+  int64_t memory_bytes = 0;  // of the device; 0 for the CPU and without a device
 };
 std::vector<BackendInfo> ListBackends();
 

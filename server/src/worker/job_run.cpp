@@ -150,8 +150,10 @@ absl::StatusOr<Finished> Run(const amhex::worker::RunJob& order, const SendNews&
     return finished;
   }
   AMHEX_RETURN_IF_ERROR(context->CheckStop());
-  // An estimate that cannot be had is an error that the engine will tell better.
+  // An estimate that cannot be had is an error that the engine will tell better, but for memory
+  // that is not there: then nothing is begun.
   const auto estimate = EstimateCost(input.hull, params);
+  if (absl::IsResourceExhausted(estimate.status())) return estimate.status();
   if (estimate.ok()) AMHEX_RETURN_IF_ERROR(CheckMemory(*estimate, order.memory_limit_bytes()));
   RelayProgress(send, estimate.ok() ? estimate->seconds : 0, context);
   AMHEX_ASSIGN_OR_RETURN(const MeshingResult result, Mesh(input, params, *context));

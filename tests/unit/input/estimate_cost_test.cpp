@@ -72,6 +72,18 @@ TEST(PredictCost, AnEdgeLengthTellsNoMemoryButTheTimeOfTheDefault) {
   EXPECT_EQ(predicted.seconds, by_default.seconds);
 }
 
+TEST(EstimateCost, ADeviceIsAskedForMemoryUnlessTheCpuIsWanted) {
+  MeshingParams params;
+  params.sizing.cell_count = 20'000'000;
+  const InputHull hull = fixtures::MakeSphere(1, 0.3);
+  const auto estimate = EstimateCost(hull, params);
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_GT(estimate->device_memory_bytes, 1'000'000'000);
+  EXPECT_LT(estimate->device_memory_bytes, 80'000'000'000);  // of a large device
+  params.run.backend = Backend::kCpu;
+  EXPECT_EQ(EstimateCost(hull, params)->device_memory_bytes, 0);
+}
+
 TEST(EstimateCost, AbsurdSizesAreOutOfRangeAtOnce) {
   MeshingParams params;
   params.sizing.edge_length = 1e-6;
