@@ -121,7 +121,11 @@ absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
     bad.Add("data", "goes beyond blob.size_bytes, " + std::to_string(partial_->blob.size_bytes()));
     return bad.ToStatus();
   }
-  if (auto status = WriteAllAt(partial_->fd.get(), data, size, offset); !status.ok()) return status;
+  if (auto status = WriteAllAt(partial_->fd.get(), data, size, offset); !status.ok()) {
+    // What did get written is not counted, and on a full disk its room is wanted.
+    if (ftruncate(partial_->fd.get(), offset) != 0) return FileError("cannot cut an upload", errno);
+    return status;
+  }
   partial_->hash.Update(data, size);
   partial_->committed_size += more;
   committed_size_ = partial_->committed_size;
@@ -260,12 +264,12 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::st
 
 absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(
     const std::string& key, const amhex::v1::BlobRef& blob) {
-  auto& entry = partials_[key];
-  if (entry) {
-    std::lock_guard<std::mutex> lock(entry->mutex);
-    if (entry->done) return Superseded();
-    if (entry->blob.size_bytes() == blob.size_bytes()) return entry;
-    entry->done = true;  // one of the two sizes is wrong; the digest will tell which
+  if (const auto found = partials_.find(key); found != partials_.end()) {
+    BlobUpload::Partial& other = *found->second;
+    std::lock_guard<std::mutex> lock(other.mutex);
+    if (other.done) return Superseded();
+    if (other.blob.size_bytes() == blob.size_bytes()) return found->second;
+    other.done = true;  // one of the two sizes is wrong; the digest will tell which
   }
   auto partial = std::make_shared<BlobUpload::Partial>();
   partial->key = key;
@@ -284,7 +288,7 @@ absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartia
     return status;
   }
   partial->committed_size = *size;
-  entry = partial;
+  partials_[key] = partial;
   return partial;
 }
 
@@ -318,13 +322,21 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Adopt(const std::string& work_path
 }
 
 absl::Status BlobStore::Publish(const std::string& from, const std::string& sha256, int64_t size) {
-  const bool was_there = Contains(sha256);
   const std::string to = PathOf(sha256);
   if (auto status = MakeFolders(fs::path(to).parent_path().string()); !status.ok()) return status;
-  if (auto status = RenameDurably(from, to); !status.ok()) return status;
+  bool is_first = false;  // of those that publish the same bytes now; they count once
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    is_first = !Contains(sha256) && publishing_.insert(sha256).second;
+  }
+  const absl::Status status = RenameDurably(from, to);
+  if (is_first) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    publishing_.erase(sha256);
+    if (status.ok()) total_bytes_ += size;
+  }
+  if (!status.ok()) return status;
   Touch(sha256);
-  std::lock_guard<std::mutex> lock(mutex_);
-  if (!was_there) total_bytes_ += size;
   return absl::OkStatus();
 }
 

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "absl/status/status.h"
@@ -118,6 +119,7 @@ class BlobStore {
   const Limits limits_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by key
+  std::set<std::string> publishing_;  // digests of blobs on their way into the store
   int64_t total_bytes_ = 0;
   std::atomic<int64_t> uploading_bytes_{0};
   int32_t active_uploads_ = 0;

@@ -97,7 +97,8 @@ std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
   claim_lock.unlock();
   if (options_.relay) options_.relay->Unfollow(next.id);
   // A cancel that came between the claim and the entry above left only its mark in the store.
-  if (KeepLease(*attempt)) feed->PublishRequeued(job);
+  if (!KeepLease(*attempt)) return nullptr;
+  feed->PublishRequeued(job);
   return attempt;
 }
 

@@ -22,7 +22,6 @@ namespace amhex::server {
 namespace {
 
 constexpr int kBadConfiguration = 2;
-constexpr absl::Duration kTeardownPatience = absl::Seconds(1);
 
 // Blocks the signals that end the server in this and all later threads; they are waited for.
 sigset_t BlockEndingSignals() {
@@ -58,16 +57,6 @@ void ServeUntilSignal(Server* server, const ServerOptions& options, const sigset
   stopper.join();
 }
 
-// Once stopped, every call is answered and everything durable is on disk. The libraries' own
-// teardown has been seen to wait ten seconds and more; the end of the process does not depend on
-// it.
-void BoundTeardown() {
-  std::thread([] {
-    absl::SleepFor(kTeardownPatience);
-    std::_Exit(EXIT_SUCCESS);
-  }).detach();
-}
-
 int Serve(const ServerOptions& options) {
   if (const absl::Status status = SetUpLogging(options.log_level, options.log_format);
       !status.ok()) {
@@ -86,7 +75,6 @@ int Serve(const ServerOptions& options) {
     return EXIT_FAILURE;
   }
   ServeUntilSignal(server->get(), options, signals);
-  BoundTeardown();
   return EXIT_SUCCESS;
 }
 

@@ -2,7 +2,11 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
+
+#include <thread>
 
 #include "errors.h"
 #include "service_fixtures.h"
@@ -256,6 +260,45 @@ TEST_F(BlobStoreTest, ServersThatShareAFolderSeeEachOthersBlobsButNotTheirDrafts
   const absl::Time past = absl::Now() - absl::Hours(1);
   there->Collect(past, past, [](const std::string&, const auto&) { return false; });
   EXPECT_EQ(there->total_bytes(), blob->size_bytes() + adopted->size_bytes());
+}
+
+TEST_F(BlobStoreTest, WriteThatFailsHalfWayLeavesNothingBehind) {
+  constexpr size_t kRoom = 1 << 20;
+  const std::string bytes(2 * kRoom, 'x');
+  const auto upload = Start(RefOf(bytes));
+  ASSERT_TRUE(upload->Write(0, bytes.data(), 1000).ok());
+  // No file may become longer: the disk seems to be full in the middle of the write.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto ignored = signal(SIGXFSZ, SIG_IGN);
+  const rlimit full{kRoom, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &full);
+  const absl::Status status = upload->Write(1000, bytes.data(), bytes.size() - 1000);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, ignored);
+  EXPECT_EQ(ReasonOf(status), "STORAGE_FULL") << status;
+  EXPECT_EQ(store_->UploadedSize(kTenant, RefOf(bytes).sha256()), 1000);
+  EXPECT_EQ(store_->uploading_bytes(), 1000);
+  ASSERT_TRUE(upload->Write(1000, bytes.data(), bytes.size() - 1000).ok());
+  EXPECT_TRUE(upload->Finish().ok());
+  EXPECT_EQ(store_->uploading_bytes(), 0);
+}
+
+TEST_F(BlobStoreTest, BytesThatManyPublishAtOnceCountOnce) {
+  const std::string bytes(100'000, 'x');
+  constexpr int kTenants = 8;
+  std::vector<std::thread> tenants;
+  for (int i = 0; i < kTenants; ++i) {
+    tenants.emplace_back([&, i] {
+      const auto upload = store_->StartUpload("tenant" + std::to_string(i), RefOf(bytes));
+      ASSERT_TRUE(upload.ok()) << upload.status();
+      EXPECT_TRUE((*upload)->Write(0, bytes.data(), bytes.size()).ok());
+      EXPECT_TRUE((*upload)->Finish().ok());
+    });
+  }
+  for (std::thread& tenant : tenants) tenant.join();
+  EXPECT_EQ(store_->total_bytes(), static_cast<int64_t>(bytes.size()));
+  EXPECT_EQ(store_->uploading_bytes(), 0);
 }
 
 }  // namespace

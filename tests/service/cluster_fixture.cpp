@@ -13,6 +13,7 @@
 #include "absl/time/clock.h"
 #include "files.h"
 #include "postgres_job_store.h"
+#include "process_view.h"
 
 namespace amhex::server {
 namespace {

@@ -6,10 +6,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "absl/time/clock.h"
 
 namespace amhex::server {
@@ -31,30 +27,6 @@ bool WaitReadable(int fd) {
 }
 
 }  // namespace
-
-std::vector<pid_t> ChildrenOf(pid_t parent) {
-  std::vector<pid_t> children;
-  std::error_code error;
-  // Processes come and go while they are listed.
-  std::filesystem::directory_iterator entry("/proc", error);
-  for (; entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-    const std::string name = entry->path().filename();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    // Line by line, for these calls report a process that ends while it is read in the stream's
-    // state; the stream's bare buffer would throw.
-    std::ifstream file(entry->path() / "stat");
-    std::string text;
-    for (std::string line; std::getline(file, line);) text += line;
-    const size_t close = text.rfind(')');
-    if (close == std::string::npos) continue;
-    std::istringstream rest(text.substr(close + 1));
-    char state = 0;
-    pid_t found = 0;
-    rest >> state >> found;
-    if (found == parent) children.push_back(std::atoi(name.c_str()));
-  }
-  return children;
-}
 
 int ConnectToPort(const std::string& host, int port) {
   const int fd = socket(AF_INET, SOCK_STREAM, 0);

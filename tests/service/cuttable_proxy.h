@@ -1,7 +1,5 @@
-// Trouble on the way between two processes of this machine, and a look at processes from outside.
+// Trouble on the way between two processes of this machine.
 #pragma once
-
-#include <sys/types.h>
 
 #include <atomic>
 #include <cstdint>
@@ -39,7 +37,5 @@ class CuttableProxy {
 
 // A connected socket, or -1.
 int ConnectToPort(const std::string& host, int port);
-
-std::vector<pid_t> ChildrenOf(pid_t parent);
 
 }  // namespace amhex::server

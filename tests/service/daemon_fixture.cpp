@@ -1,20 +1,17 @@
 #include "daemon_fixture.h"
 
 #include <arpa/inet.h>
-#include <fcntl.h>
 #include <netinet/in.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <fstream>
+#include <utility>
 
 #include "files.h"
-
-extern char** environ;
+#include "process_view.h"
 
 namespace amhex::server {
 
@@ -28,17 +25,8 @@ void DaemonTest::TearDown() {
 
 void DaemonTest::Spawn(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), AMHEX_DAEMON);
-  std::vector<char*> pointers;
-  for (std::string& argument : arguments) pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  if (!log_path_.empty()) {
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log_path_.c_str(),
-                                     O_WRONLY | O_CREAT | O_APPEND, 0600);
-  }
-  ASSERT_EQ(posix_spawn(&pid_, AMHEX_DAEMON, &actions, nullptr, pointers.data(), environ), 0);
-  posix_spawn_file_actions_destroy(&actions);
+  pid_ = StartProcess(std::move(arguments), log_path_);
+  ASSERT_GT(pid_, 0);
 }
 
 void DaemonTest::Start(const std::vector<std::string>& more) {
@@ -63,10 +51,9 @@ void DaemonTest::Start(const std::vector<std::string>& more) {
 }
 
 int DaemonTest::Wait() {
-  int status = 0;
-  waitpid(pid_, &status, 0);
+  const int code = WaitForEnd(pid_);
   pid_ = 0;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return code;
 }
 
 std::string DaemonTest::Port(const std::string& name) {

@@ -16,45 +16,22 @@
 #include "amhex/client.h"
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "cuttable_proxy.h"
-#include "daemon_fixture.h"
-#include "files.h"
+#include "fault_fixture.h"
+#include "process_view.h"
 #include "sha256.h"
 
 namespace amhex::server {
 namespace {
 
-namespace fs = std::filesystem;
 using amhex::v1::Job;
 using amhex::v1::Stage;
 
 constexpr int kFirstStage = amhex::v1::STAGE_DECODE_INPUT;
 constexpr int kLastStage = amhex::v1::STAGE_ENCODE_RESULT;
-constexpr absl::Duration kPatience = absl::Seconds(120);
 
-int CountFiles(const std::string& folder) {
-  int count = 0;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(folder, error);
-  for (; entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    if (!entry->is_directory(error)) ++count;
-  }
-  return count;
-}
-
-// Resident memory in kB, now ("VmRSS:") or at its most ("VmHWM:").
-int64_t MemoryOf(pid_t pid, const std::string& which = "VmRSS:") {
-  std::ifstream file(absl::StrCat("/proc/", pid, "/status"));
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind(which, 0) == 0) return std::atoll(line.c_str() + which.size());
-  }
-  return 0;
-}
-
-class FaultTest : public DaemonTest {
+// Faults between and within processes, stage by stage.
+class StageFaultTest : public FaultTest {
  protected:
-  std::string Go() { return folder() / "go"; }
-  void SayGo() { std::ofstream(Go()) << "x"; }
-
   // A job for each stage, all running, each waiting in its own.
   std::map<Stage, std::string> StartAJobInEachStage() {
     std::map<Stage, std::string> jobs;
@@ -80,9 +57,6 @@ class FaultTest : public DaemonTest {
       EXPECT_EQ(job.attempt_count(), attempts) << Stage_Name(stage);
       EXPECT_EQ(job.result().mesh().sha256(), Sha256Hex(absl::StrCat("mesh", stage)));
     }
-    // An input and a result per job, and nothing unfinished.
-    EXPECT_EQ(CountFiles(folder() / "data/blobs"), 2 * static_cast<int>(jobs.size()));
-    EXPECT_EQ(CountFiles(folder() / "data/scratch"), 0);
   }
 
   std::vector<std::string> WorkersForAll() {
@@ -90,7 +64,7 @@ class FaultTest : public DaemonTest {
   }
 };
 
-TEST_F(FaultTest, ServerKilledInEveryStageSpendsNoAttempt) {
+TEST_F(StageFaultTest, ServerKilledInEveryStageSpendsNoAttempt) {
   Start(WorkersForAll());
   const auto jobs = StartAJobInEachStage();
   kill(pid(), SIGKILL);
@@ -101,7 +75,7 @@ TEST_F(FaultTest, ServerKilledInEveryStageSpendsNoAttempt) {
   ExpectAllSucceedOnce(jobs, 1);
 }
 
-TEST_F(FaultTest, WorkersKilledInEveryStageSpendOneAttempt) {
+TEST_F(StageFaultTest, WorkersKilledInEveryStageSpendOneAttempt) {
   Start(WorkersForAll());
   const auto jobs = StartAJobInEachStage();
   const std::vector<pid_t> workers = ChildrenOf(pid());
@@ -121,33 +95,6 @@ TEST_F(FaultTest, FrozenServerGoesOnWhereItStopped) {
   SayGo();
   ASSERT_TRUE(Reaches(name, Job::SUCCEEDED));
   EXPECT_EQ(Get(name).result().mesh().sha256(), Sha256Hex("mesh"));
-}
-
-// The real worker on a real cube, killed when it is first seen in a stage.
-TEST_F(FaultTest, RealWorkerKilledOnItsWayGivesTheSameMesh) {
-  Start({"--worker", AMHEX_REAL_WORKER, "--max-attempts", "20"});
-  const auto submit = [&] {
-    amhex::v1::SubmitJobRequest request;
-    request.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
-    request.set_inline_input(CubeInput());
-    request.set_skip_cache(true);
-    request.mutable_params()->mutable_sizing()->set_cell_count(64);
-    grpc::ClientContext context;
-    amhex::v1::SubmitJobResponse response;
-    EXPECT_TRUE(mesher().SubmitJob(&context, request, &response).ok());
-    return response.job().name();
-  };
-  const std::string undisturbed = submit();
-  ASSERT_TRUE(Reaches(undisturbed, Job::SUCCEEDED));
-  for (const Stage stage :
-       {amhex::v1::STAGE_DECODE_INPUT, amhex::v1::STAGE_POPULATE, amhex::v1::STAGE_ENCODE_RESULT}) {
-    const std::string name = submit();
-    Eventually([&] { return Get(name).progress().stage() >= stage; }, kPatience);
-    for (const pid_t worker : ChildrenOf(pid())) kill(worker, SIGKILL);
-    ASSERT_TRUE(Reaches(name, Job::SUCCEEDED)) << Get(name).error().message();
-    EXPECT_EQ(Get(name).result().mesh().sha256(), Get(undisturbed).result().mesh().sha256());
-  }
-  EXPECT_EQ(CountFiles(folder() / "data/scratch"), 0);
 }
 
 // A client whose way to the server a test can cut.
