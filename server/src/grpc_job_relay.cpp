@@ -12,8 +12,8 @@
 namespace amhex::server {
 namespace {
 
-// The smallest interval that the other side permits, and the patience for its answer: a node that
-// is cut off is noticed within the sum.
+// The interval, twice what the other side permits at least, and the patience for its answer: a node
+// that is cut off is noticed within the sum.
 constexpr int kPingMilliseconds = 10'000;
 constexpr int kPingPatienceMilliseconds = 10'000;
 

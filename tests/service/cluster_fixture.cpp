@@ -29,7 +29,8 @@ Node::Node(const Options& options)
       address_(options.host + ":" + std::to_string(NextPort())) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 50);
+  // What connecting may take, TLS included; less than this never ends on a busy machine.
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 20'000);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
   const auto channel = grpc::CreateCustomChannel(address_, options_.credentials, arguments);
   mesher_ = amhex::v1::Mesher::NewStub(channel);

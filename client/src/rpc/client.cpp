@@ -17,6 +17,8 @@ constexpr int kPingMilliseconds = 10'000;
 // Without an answer for this long it is given up, and its calls go on at the next address. Enough
 // for answers that queue behind an upload on a slow line.
 constexpr int kPingPatienceMilliseconds = 10'000;
+// Enough for TLS on a slow line or a busy machine; then the next address has its turn.
+constexpr int kConnectMilliseconds = 10'000;
 
 grpc::ChannelArguments ChannelArguments() {
   grpc::ChannelArguments arguments;
@@ -26,7 +28,8 @@ grpc::ChannelArguments ChannelArguments() {
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // Reconnect soon after a restart of the server; Patience spaces the calls.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
+  // Whatever its name says, what one attempt may take.
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMilliseconds);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return arguments;
