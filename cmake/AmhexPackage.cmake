@@ -1,4 +1,4 @@
-# `cmake --install . --component client` installs the program amhex; `--component client-dev`, which has to be asked
+# `cmake --install . --component client` installs the program amhex and its manual page; `--component client-dev`, which has to be asked
 # for by name, the client library as a package for find_package(Amhex), and the protos.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -9,6 +9,7 @@ set_target_properties(amhex_client_cells PROPERTIES EXPORT_NAME client_cells)
 set_target_properties(amhex_proto PROPERTIES EXPORT_NAME proto)
 
 install(TARGETS amhex RUNTIME COMPONENT client)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/amhex.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT client)
 install(TARGETS amhex_proto amhex_client_cells amhex_client_rpc EXPORT AmhexTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT client-dev EXCLUDE_FROM_ALL)
 install(EXPORT AmhexTargets NAMESPACE amhex:: DESTINATION ${package_folder} COMPONENT client-dev EXCLUDE_FROM_ALL)

@@ -14,18 +14,26 @@ import tempfile
 
 IMAGES = pathlib.Path(__file__).resolve().parent / "images"
 SIZE = "480x360"
+JITTERED = "--cells 300 --initialization jittered_grid --jitter "
 # name: (input, flags, cut)
 PICTURES = {
     "cells_1000": ("scan.drc", "--cells 1000", ""),
     "cells_6000": ("scan.drc", "--cells 6000", ""),
     "start_grid": ("scan.drc", "--cells 1000 --initialization grid", ""),
     "start_jittered": ("scan.drc", "--cells 1000 --initialization jittered_grid", ""),
-    "jittered_10": ("sphere.ply", "--cells 600 --initialization jittered_grid --iterations 10", ""),
-    "jittered_150": ("sphere.ply", "--cells 600 --initialization jittered_grid", ""),
     "sharp_35": ("hexagon.obj", "--cells 300", "none"),
     "sharp_180": ("hexagon.obj", "--cells 300 --sharp-angle 180", "none"),
     "sphere": ("sphere.ply", "--cells 1000", ""),
     "quality_60": ("sphere.ply", "--cells 1000 --min-quality 0.6", ""),
+    "cube_20": ("cube.ply", JITTERED + "0.2", ""),
+    "cube_iterations": ("cube.ply", JITTERED + "0.5 --iterations 10", ""),
+    "cube_50": ("cube.ply", JITTERED + "0.5", ""),
+    "cube_seed": ("cube.ply", JITTERED + "0.5 --seed 2", ""),
+    "cube_lattice": ("cube.ply", JITTERED + "0.5 --lattice-points 8", ""),
+    "cube_split_7": ("cube.ply", JITTERED + "0.5 --split-limit 7", ""),
+    "cube_split_26": ("cube.ply", JITTERED + "0.5 --split-limit 26", ""),
+    "cube_regularity": ("cube.ply", JITTERED + "0.5 --regularity-weight 0", ""),
+    "extraction_paper": ("scan.drc", "--cells 1000 --extraction paper", ""),
     "guide_plane": ("sphere.ply", "--cells 1000 --guide-plane 0,0,0,1,0,1", "y"),
     "volume_reassemble": ("tetrahedra.mesh", "", "y:0.6"),
     "volume_subdivide": ("tetrahedra.mesh", "--volume-use subdivide", "y:0.6"),
@@ -75,6 +83,7 @@ def main():
 
         run("demo", "-o", "scan.drc")
         run("demo", "--shape", "sphere", "--surface", "--resolution", "32", "-o", "sphere.ply")
+        run("demo", "--shape", "cube", "--surface", "--resolution", "16", "-o", "cube.ply")
         hexagon(folder / "hexagon.obj")
         tetrahedra(folder / "tetrahedra.mesh")
         for picture in wanted:

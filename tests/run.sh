@@ -71,7 +71,7 @@ say "Packages"
 sections=(build test format)
 if $tidy; then sections+=(tidy); fi
 if [[ -n $fuzz_seconds ]]; then sections+=(fuzz); fi
-if $all_packages; then sections+=(readers python solvers browser); fi
+if $all_packages; then sections+=(readers shells python solvers browser); fi
 deploy/install-packages.sh "${sections[@]}"
 
 # One compiler needs up to 1.5 GiB for the generated gRPC code.

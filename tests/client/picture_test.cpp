@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "picture/mesh_picture.h"
 #include "test_cells.h"
@@ -91,6 +92,45 @@ TEST(Picture, ACutThatLeavesNothingSaysSo) {
   AtMostHexaMesh mesh = Block(2, 0);
   EXPECT_EQ(DrawMesh(mesh, Small(Cut{0, 0.0})).status().code(),
             absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(Picture, ColoursMaySayTheQuality) {
+  AtMostHexaMesh mesh = Block(3, 0);
+  PictureOptions options = Small(std::nullopt);
+  options.colouring = Colouring::kQuality;
+  for (float quality : {0.0f, 0.5f, 1.0f}) {
+    mesh.quality.assign(mesh.quality.size(), quality);
+    const auto image = DrawMesh(mesh, options);
+    ASSERT_TRUE(image.ok()) << image.status();
+    EXPECT_GT(ShareOf(*image, RampColour(quality)), 0.2) << quality;
+  }
+}
+
+TEST(Picture, ColoursMaySayTheDistance) {
+  const AtMostHexaMesh mesh = Block(3, 0);
+  PictureOptions options = Small(std::nullopt);
+  options.colouring = Colouring::kDistance;
+  EXPECT_EQ(DrawMesh(mesh, options).status().code(), absl::StatusCode::kFailedPrecondition);
+  std::vector<float> distances(mesh.corners.size(), 0.0f);
+  options.distances = distances;
+  // Where all are as near as can be, all are blue.
+  EXPECT_GT(ShareOf(*DrawMesh(mesh, options), RampColour(1)), 0.2);
+  distances.assign(distances.size(), 3.0f);
+  EXPECT_GT(ShareOf(*DrawMesh(mesh, options), RampColour(0)), 0.2);
+  distances.assign(distances.size(), std::numeric_limits<float>::quiet_NaN());
+  EXPECT_GT(ShareOf(*DrawMesh(mesh, options), kNotMeasuredColour), 0.2);
+}
+
+TEST(CellColours, OneFarCellLeavesTheOthersTheirColours) {
+  const AtMostHexaMesh mesh = Block(6, 0);  // 216 cells
+  std::vector<float> distances(mesh.corners.size(), 1.0f);
+  distances[0] = 1000.0f;
+  distances[1] = 0.5f;
+  const auto colours = ColoursOfCells(mesh, Colouring::kDistance, distances);
+  ASSERT_TRUE(colours.ok());
+  EXPECT_EQ((*colours)[0], RampColour(0));
+  EXPECT_EQ((*colours)[1], RampColour(0.5));
+  EXPECT_EQ((*colours)[2], RampColour(0));
 }
 
 TEST(Picture, OptionsAreReadFromTextOrRefused) {

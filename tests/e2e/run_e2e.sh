@@ -124,6 +124,7 @@ test_errors() {
   "$amhex" demo --shape cube --surface --resolution 12 -o cube.drc >/dev/null
   "$amhex" demo --shape cube --points 500 -o cloud.drc >/dev/null
   : >empty.drc
+  printf 'MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n' >cube.mesh
   head -c 100 cube.drc >cut.drc
   head -c 60 cloud.drc >cut_cloud.drc
   printf 'solid nothing\nendsolid\n' >nothing.stl
@@ -155,8 +156,13 @@ test_errors() {
     mesh cube.drc --server 127.0.0.1:1 --tls-ca / -o out.vtu
   refuses "a job out of time" 6 "RUN_TIMEOUT" mesh cloud.drc --cells 200000 --time-limit 0.01 -o out.vtu
   check "and how to have more is said" grep -q -- "--time-limit allows more" stderr
-  refuses "no subcommand" 2 "subcommand" --quiet
+  refuses "no subcommand" 2 "a command is missing"
+  refuses "a mistyped command" 2 "no such command: meash; did you mean mesh" meash cube.drc -o out.vtu
   refuses "an unknown flag" 2 "frobnicate" mesh cube.drc --frobnicate -o out.vtu
+  refuses "a mistyped flag" 2 "did you mean --output" mesh cube.drc --ouput out.vtu
+  refuses "a list of no server" 2 "AMHEX_SERVER" list
+  refuses "a scan as STL" 2 "--surface writes one" demo -o scan.stl
+  refuses "distances without the input" 3 "--input FILE" picture cube.mesh -o far.png --colour distance
   AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu
   if "$amhex" info | grep -q 'backend cuda *not available'; then
     refuses "CUDA without a device" 10 "cuda" mesh cube.drc --backend cuda -o out.vtu
@@ -269,6 +275,12 @@ test_tools() {
   check "mesh itself writes for solvers" grep -q "solver-ready: [0-9]* cells became" stdout
   run render part.vtu -o part.png
   check "render is another word for picture" test -s part.png
+  run render part.vtu -o far.png --colour distance
+  check "it shows the distance that the file knows" test -s far.png
+  if command -v groff >/dev/null; then
+    check "the manual page is good troff" \
+      bash -c 'test -z "$("$0" manual | groff -man -Tutf8 -ww -z 2>&1)"' "$amhex"
+  fi
   run bench bracket.drc --cells 500 --jobs 2 --at-once 2 --json bench.json
   check "bench measures" grep -q '"jobs_per_second": [0-9]' bench.json
 }

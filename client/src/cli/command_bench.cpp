@@ -12,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/help.h"
 #include "cli/json.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
@@ -23,6 +24,8 @@ namespace amhex::client {
 namespace {
 
 namespace v1 = amhex::v1;
+
+constexpr double kMostJobs = 100000, kMostAtOnce = 256;
 
 struct BenchFlags {
   std::string input, json;
@@ -165,15 +168,16 @@ void AddBenchCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<BenchFlags>();
   CLI::App* command =
       app->add_subcommand("bench", "Measure a server: the same input again and again");
-  command->add_option("input", flags->input, "Scan or surface: .drc .ply .obj .off .stl")
-      ->required();
+  command->add_option("input", flags->input, kScanHelp)->type_name("FILE")->required();
   command->add_option("--jobs", flags->jobs, "Jobs to run, each with another seed")
-      ->check(CLI::Range(1, 100000))
+      ->check(Within(1, kMostJobs))
+      ->type_name("N")
       ->capture_default_str();
   command->add_option("--at-once", flags->at_once, "Jobs under way at the same time")
-      ->check(CLI::Range(1, 256))
+      ->check(Within(1, kMostAtOnce))
+      ->type_name("N")
       ->capture_default_str();
-  command->add_option("--json", flags->json, "File for the figures");
+  command->add_option("--json", flags->json, "The figures as JSON")->type_name("FILE");
   AddParameterFlags(command, &flags->parameters);
   AddServerFlags(command, LocalServers::kAllowed, &flags->server);
   command->footer("Example:\n  amhex bench part.stl --cells 5000 --jobs 20 --at-once 4");

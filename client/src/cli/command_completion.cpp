@@ -95,7 +95,8 @@ void AddCompletionCommand(CLI::App* app, int* exit_code) {
       app->add_subcommand("completion", "Print what a shell needs to complete command lines");
   command->add_option("shell", *shell, "bash, zsh or fish")
       ->required()
-      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->type_name("");
   command->footer(
       "Examples:\n"
       "  source <(amhex completion bash)\n"

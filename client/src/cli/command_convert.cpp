@@ -45,8 +45,10 @@ void AddConvertCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<ConvertFlags>();
   CLI::App* command = app->add_subcommand("convert", "Write a mesh file in another format");
   command->add_option("mesh", flags->mesh, absl::StrCat("Volume mesh: ", kMeshExtensions))
+      ->type_name("FILE")
       ->required();
   command->add_option("-o,--output", flags->output, absl::StrCat("File: ", kMeshOutputExtensions))
+      ->type_name("FILE")
       ->required();
   command->add_flag("--solver-ready", flags->solver_ready, kSolverReadyHelp);
   command->footer(

@@ -41,6 +41,11 @@ int RunDemo(const DemoFlags& flags) {
                                            kHullExtensions),
                 kExitUsage);
   }
+  if (HullFormatOfPath(flags.output) == HullFormat::kStl && !flags.surface) {
+    return Fail(absl::InvalidArgumentError(flags.output +
+                                           ": STL holds surfaces, not scans; --surface writes one"),
+                kExitUsage);
+  }
   const absl::StatusOr<InputHull> hull = MakeDemo(flags);
   if (!hull.ok()) return Fail(hull.status(), kExitUsage);
   // Far below the scan's noise and the surface's grid, and small to send.
@@ -62,22 +67,35 @@ void AddDemoCommand(CLI::App* app, int* exit_code) {
   command
       ->add_option("-o,--out,--output", flags->output,
                    "File to write: .drc .ply .obj .off; with --surface also .stl")
+      ->type_name("FILE")
       ->capture_default_str();
   command->add_option("--shape", flags->shape, "What to scan")
       ->check(CLI::IsMember(ShapeNames()))
+      ->type_name("")
       ->capture_default_str();
   command->add_option("--points", flags->scan.point_count, "Points of the scan")
+      ->type_name("N")
       ->capture_default_str();
-  command->add_option("--noise", flags->scan.noise,
-                      "Standard deviation of the noise in model units; by default 0.0003 of the "
-                      "diagonal");
-  command->add_option("--seed", flags->scan.seed, "Same seed, same scan")->capture_default_str();
+  command
+      ->add_option("--noise", flags->scan.noise,
+                   "Standard deviation of the noise in model units; by default 0.0003 of the "
+                   "diagonal")
+      ->type_name("LENGTH");
+  command->add_option("--seed", flags->scan.seed, "Same seed, same scan")
+      ->type_name("N")
+      ->capture_default_str();
   command->add_flag("--no-normals", flags->without_normals, "Leave the normals out");
   command->add_flag("--surface", flags->surface, "Write the closed surface instead of a scan");
   command
       ->add_option("--resolution", flags->resolution,
                    "Grid cells along the longest side of the surface")
+      ->type_name("N")
       ->capture_default_str();
+  command->footer(
+      "Examples:\n"
+      "  amhex demo -o scan.drc\n"
+      "  amhex demo --shape torus --points 5000 --no-normals -o torus.ply\n"
+      "  amhex demo --surface -o bracket.stl");
   command->callback([flags, exit_code] { *exit_code = RunDemo(*flags); });
 }
 

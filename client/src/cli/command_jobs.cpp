@@ -106,13 +106,18 @@ int RunFetch(const JobFlags& flags) {
 void AddSubmitCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<SubmitFlags>();
   CLI::App* command = app->add_subcommand("submit", "Hand a job in and print its name");
-  command->add_option("input", flags->input, "Scan or surface: .drc .ply .obj .off .stl")
-      ->required();
-  command->add_option("--request-id", flags->request_id,
-                      "UUID that makes the command repeatable: the same one gives the same job");
+  command->add_option("input", flags->input, kScanHelp)->type_name("FILE")->required();
+  command
+      ->add_option("--request-id", flags->request_id,
+                   "Makes the command repeatable: the same one gives the same job")
+      ->type_name("UUID");
   AddParameterFlags(command, &flags->parameters);
   AddGuidanceFlags(command, &flags->guidance);
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer(
+      "Examples:\n"
+      "  amhex submit part.stl --cells 10000 --server mesher:50051\n"
+      "  export AMHEX_SERVER=mesher:50051; job=$(amhex submit part.stl); amhex watch $job");
   command->callback([flags, command, exit_code] {
     *exit_code = RunSubmit(*flags, ParamsFrom(*command, flags->parameters));
   });
@@ -122,18 +127,23 @@ void AddWatchCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<JobFlags>();
   CLI::App* command =
       app->add_subcommand("watch", "Follow a job to its end; Ctrl-C leaves it running");
-  command->add_option("job", flags->name, "The job's name")->required();
+  command->add_option("job", flags->name, kJobHelp)->type_name("NAME")->required();
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer("Example:\n  amhex watch JOB --server mesher:50051");
   command->callback([flags, exit_code] { *exit_code = RunWatch(*flags); });
 }
 
 void AddFetchCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<JobFlags>();
   CLI::App* command = app->add_subcommand("fetch", "Write the mesh of a job that is done");
-  command->add_option("job", flags->name, "The job's name")->required();
+  command->add_option("job", flags->name, kJobHelp)->type_name("NAME")->required();
   AddOutputFlags(command, &flags->outputs);
-  command->add_option("--input", flags->outputs.input, kInputHelp);
+  command->add_option("--input", flags->outputs.input, kInputHelp)->type_name("FILE");
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer(
+      "Examples:\n"
+      "  amhex fetch JOB --server mesher:50051 -o part.vtu\n"
+      "  amhex fetch JOB --server mesher:50051 -o part.vtu --report part.html --input part.stl");
   command->callback([flags, exit_code] { *exit_code = RunFetch(*flags); });
 }
 

@@ -7,6 +7,7 @@
 #include "absl/time/clock.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/help.h"
 #include "cli/load_guidance.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
@@ -143,21 +144,20 @@ void AddMeshCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<MeshFlags>();
   CLI::App* command =
       app->add_subcommand("mesh", "Turn a scan, surface or volume mesh into an at-most-hexa mesh");
-  command
-      ->add_option("input", flags->input,
-                   "Scan or surface: .drc .ply .obj .off .stl; volume mesh: .vtk .msh .vtu .mesh")
-      ->required();
+  command->add_option("input", flags->input, kScanHelp)->type_name("FILE")->required();
   AddOutputFlags(command, &flags->outputs);
+  command->add_flag("--distances", flags->distances,
+                    "Measure how far each cell on the hull is from the input; implied by --report");
   AddParameterFlags(command, &flags->parameters);
   AddGuidanceFlags(command, &flags->guidance);
   AddServerFlags(command, LocalServers::kAllowed, &flags->server);
+  command->option_defaults()->group(kProgressGroup);
   command
       ->add_option("--progress", flags->progress,
                    "live, plain, events (JSON lines on stdout) or none; auto = live on a terminal")
       ->check(CLI::IsMember({"auto", "live", "plain", "events", "none"}))
+      ->type_name("")
       ->capture_default_str();
-  command->add_flag("--distances", flags->distances,
-                    "Measure how far each cell on the hull is from the input; implied by --report");
   command->add_flag("-q,--quiet", flags->quiet, "No progress");
   command->footer(
       "Examples:\n"
@@ -165,7 +165,10 @@ void AddMeshCommand(CLI::App* app, int* exit_code) {
       "  amhex mesh scan.drc --cells 10000 -o scan.vtu --report scan.html --json scan.json\n"
       "  amhex mesh part.obj --edge-length 2.5 --server mesher:50051 -o part.mesh");
   command->callback([flags, command, exit_code] {
-    if (flags->distances || !flags->outputs.report.empty()) flags->outputs.input = flags->input;
+    OutputFlags& outputs = flags->outputs;
+    if (flags->distances || !outputs.report.empty() || outputs.look.colour == "distance") {
+      outputs.input = flags->input;
+    }
     *exit_code = MeshRun(*flags, ParamsFrom(*command, flags->parameters)).Run();
   });
 }

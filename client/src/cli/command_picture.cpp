@@ -10,36 +10,37 @@
 namespace amhex::client {
 namespace {
 
-struct PictureFlags {
-  std::string mesh, output, cut, size;
+struct DrawFlags {
+  std::string mesh, output, input;
+  PictureFlags look;
 };
 
-int RunPicture(const PictureFlags& flags) {
-  const absl::StatusOr<MeshDocument> document = ReadMeshFile(flags.mesh);
+int RunPicture(const DrawFlags& flags) {
+  absl::StatusOr<MeshDocument> document = ReadMeshFile(flags.mesh);
   if (!document.ok()) return Fail(document.status(), kExitInput);
-  const auto options = PictureOptionsFrom(flags.cut, flags.size, document->mesh);
-  if (!options.ok()) return Fail(options.status(), kExitUsage);
-  const absl::StatusOr<Image> image = DrawMesh(document->mesh, *options);
-  if (!image.ok()) return Fail(image.status(), kExitInput);
-  const absl::Status status = WritePng(*image, flags.output);
-  return status.ok() ? kExitSuccess : Fail(status, kExitOutput);
+  const absl::Status measured = MeasureDistances(flags.input, &*document);
+  if (!measured.ok()) return Fail(measured, kExitInput);
+  return WritePicture(*document, flags.look, flags.output);
 }
 
 }  // namespace
 
 void AddPictureCommand(CLI::App* app, int* exit_code) {
-  auto flags = std::make_shared<PictureFlags>();
-  CLI::App* command = app->add_subcommand(
-      "picture",
-      "Draw a mesh, cut open: hexahedra inside bluish, other cells yellow, the hull light");
+  auto flags = std::make_shared<DrawFlags>();
+  CLI::App* command =
+      app->add_subcommand("picture", "Draw a mesh, cut open: hexahedra bluish, other cells yellow");
   command->alias("render");
   command->add_option("mesh", flags->mesh, absl::StrCat("Volume mesh: ", kMeshExtensions))
+      ->type_name("FILE")
       ->required();
-  command->add_option("-o,--output", flags->output, "PNG file")->required();
-  command->add_option(
-      "--cut", flags->cut,
-      "Where to cut: x, y or z, or as in y:0.3; none; default: the largest section");
-  command->add_option("--size", flags->size, "Size in pixels, as in 1200x900");
+  command->add_option("-o,--output", flags->output, "PNG file")->type_name("FILE")->required();
+  AddPictureFlags(command, &flags->look);
+  command->add_option("--input", flags->input, kInputHelp)->type_name("FILE");
+  command->footer(
+      "Examples:\n"
+      "  amhex picture part.vtu -o part.png\n"
+      "  amhex picture part.vtu -o worst.png --cut y:0.3 --colour quality\n"
+      "  amhex picture part.vtu -o far.png --cut none --colour distance --input part.stl");
   command->callback([flags, exit_code] { *exit_code = RunPicture(*flags); });
 }
 

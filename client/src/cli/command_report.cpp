@@ -41,10 +41,12 @@ void AddReportCommand(CLI::App* app, int* exit_code) {
   CLI::App* command = app->add_subcommand(
       "report", "Write a page for the browser: the mesh in 3-D, histograms, timings, distances");
   command->add_option("mesh", flags->mesh, absl::StrCat("Volume mesh: ", kMeshExtensions))
+      ->type_name("FILE")
       ->required();
-  command->add_option("-o,--output", flags->output, "HTML file")->required();
-  command->add_option("--title", flags->title, "Heading; by default the file's name");
-  command->add_option("--input", flags->input, kInputHelp);
+  command->add_option("-o,--output", flags->output, "HTML file")->type_name("FILE")->required();
+  command->add_option("--title", flags->title, "Heading; by default the file's name")
+      ->type_name("TEXT");
+  command->add_option("--input", flags->input, kInputHelp)->type_name("FILE");
   command->footer(
       "Examples:\n"
       "  amhex report part.vtu -o part.html\n"

@@ -10,6 +10,7 @@
 #include "absl/time/time.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/help.h"
 #include "cli/json.h"
 #include "cli/load_input.h"
 #include "cli/progress_display.h"
@@ -22,6 +23,8 @@ namespace amhex::client {
 namespace {
 
 namespace v1 = amhex::v1;
+
+constexpr double kMostListed = 100000;
 
 struct ServerFlags {
   ServerChoice server;
@@ -97,7 +100,8 @@ int DescribeFile(const std::string& path) {
     std::printf("%s: %zu cells, %zu vertices\n", path.c_str(), document->mesh.corners.size(),
                 document->mesh.vertices.size());
     for (const MeshFact& fact : document->facts) {
-      std::printf("  %s = %s\n", fact.name.c_str(), TextOf(fact).c_str());
+      const std::string text = TextOf(fact);
+      std::printf("  %s = %s\n", fact.name.c_str(), text.empty() ? "none" : text.c_str());
     }
     return kExitSuccess;
   }
@@ -143,27 +147,34 @@ int RunInfo(const ServerFlags& flags) {
 void AddListCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<ServerFlags>();
   CLI::App* command = app->add_subcommand("list", "List a server's jobs, newest first");
-  command->add_option("-n,--most", flags->most, "Jobs to list")
-      ->check(CLI::Range(1, 100000))
+  command->add_option("-n,--most", flags->most, "Most jobs to list")
+      ->check(Within(1, kMostListed))
+      ->type_name("N")
       ->capture_default_str();
   command->add_flag("--json", flags->json, "One JSON object per job");
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer(
+      "Examples:\n"
+      "  amhex list --server mesher:50051\n"
+      "  amhex list -n 5 --json --server mesher:50051");
   command->callback([flags, exit_code] { *exit_code = RunList(*flags); });
 }
 
 void AddCancelCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<ServerFlags>();
   CLI::App* command = app->add_subcommand("cancel", "Ask for the end of a job");
-  command->add_option("job", flags->name, "The job's name")->required();
+  command->add_option("job", flags->name, kJobHelp)->type_name("NAME")->required();
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer("Example:\n  amhex cancel JOB --server mesher:50051");
   command->callback([flags, exit_code] { *exit_code = RunCancel(*flags); });
 }
 
 void AddDeleteCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<ServerFlags>();
   CLI::App* command = app->add_subcommand("delete", "Remove a job that is done, and its result");
-  command->add_option("job", flags->name, "The job's name")->required();
+  command->add_option("job", flags->name, kJobHelp)->type_name("NAME")->required();
   AddServerFlags(command, LocalServers::kForbidden, &flags->server);
+  command->footer("Example:\n  amhex delete JOB --server mesher:50051");
   command->callback([flags, exit_code] { *exit_code = RunDelete(*flags); });
 }
 
@@ -171,9 +182,15 @@ void AddInfoCommand(CLI::App* app, int* exit_code) {
   auto flags = std::make_shared<ServerFlags>();
   CLI::App* command =
       app->add_subcommand("info", "Tell what a server can do, or what a file holds");
-  command->add_option("file", flags->file, "Scan, surface or volume mesh to describe");
+  command->add_option("file", flags->file, "Scan, surface or volume mesh to describe")
+      ->type_name("FILE");
   command->add_flag("--json", flags->json, "The server's answer as JSON");
   AddServerFlags(command, LocalServers::kAllowed, &flags->server);
+  command->footer(
+      "Examples:\n"
+      "  amhex info part.stl\n"
+      "  amhex info part.vtu\n"
+      "  amhex info --server mesher:50051");
   command->callback([flags, exit_code] { *exit_code = RunInfo(*flags); });
 }
 

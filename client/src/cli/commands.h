@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <string>
 
 namespace amhex::client {
 
@@ -19,6 +20,13 @@ void AddConvertCommand(CLI::App* app, int* exit_code);
 void AddReportCommand(CLI::App* app, int* exit_code);
 void AddBenchCommand(CLI::App* app, int* exit_code);
 void AddCompletionCommand(CLI::App* app, int* exit_code);
+void AddManualCommand(CLI::App* app, int* exit_code);
 void AddPictureCommand(CLI::App* app, int* exit_code);
+
+// All of them, with the help texts' form and the words for a line that cannot be understood.
+void AddAllCommands(CLI::App* app, int* exit_code);
+
+// The manual page in troff; `app` has all commands.
+std::string ManualPage(const CLI::App& app);
 
 }  // namespace amhex::client

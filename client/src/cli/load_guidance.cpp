@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "cli/help.h"
 #include "formats/hull_reader.h"
 #include "formats/status_macros.h"
 #include "formats/text_scanner.h"
@@ -77,12 +78,19 @@ std::string Counted(size_t count, const char* what) {
 }  // namespace
 
 void AddGuidanceFlags(CLI::App* command, GuidanceFlags* flags) {
-  command->add_option("--guides", flags->sample_files,
-                      "Cloud with normals inside the solid, which cells align to");
-  command->add_option("--guide-plane", flags->planes,
-                      "Plane that cells align to: x,y,z,nx,ny,nz, a point and the normal");
-  command->add_option("--orientations", flags->orientation_files,
-                      "Text file, a line per sample: x y z and one or two directions");
+  command->option_defaults()->group(kGuidanceGroup);
+  command
+      ->add_option("--guides", flags->sample_files,
+                   "Cloud with normals inside the solid, which cells align to")
+      ->type_name("FILE");
+  command
+      ->add_option("--guide-plane", flags->planes,
+                   "Plane that cells align to: a point and the normal")
+      ->type_name("x,y,z,nx,ny,nz");
+  command
+      ->add_option("--orientations", flags->orientation_files,
+                   "Text file, a line per sample: x y z and one or two directions")
+      ->type_name("FILE");
 }
 
 absl::StatusOr<Guidance> LoadGuidance(const GuidanceFlags& flags) {

@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "cells/solver_ready.h"
 #include "cli/exit_codes.h"
+#include "cli/help.h"
 #include "distance/hull_distance.h"
 #include "formats/hull_writer.h"
 #include "formats/mesh_file.h"
@@ -21,6 +22,9 @@ namespace amhex::client {
 namespace {
 
 namespace v1 = amhex::v1;
+
+constexpr double kMostPatienceSeconds = 86400;  // a day
+constexpr double kMostPriority = 100;           // SubmitJobRequest.priority
 
 bool Given(const CLI::App& command, const char* flag) { return command.count(flag) > 0; }
 
@@ -38,8 +42,10 @@ void SetRelaxation(const CLI::App& command, const ParameterFlags& flags,
       {{"field", v1::INITIALIZATION_FIELD},
        {"grid", v1::INITIALIZATION_GRID},
        {"jittered_grid", v1::INITIALIZATION_JITTERED_GRID}}};
+  const bool given = Given(command, "--initialization");
   for (const auto& [word, value] : kInitializations) {
-    if (flags.initialization == word) params->mutable_relaxation()->set_initialization(value);
+    if (given && flags.initialization == word)
+      params->mutable_relaxation()->set_initialization(value);
   }
   if (Given(command, "--iterations")) {
     params->mutable_relaxation()->set_iteration_count(flags.iterations);
@@ -60,22 +66,28 @@ void AddSecurityFlags(CLI::App* command, ServerChoice* choice) {
   command->add_flag("--tls", choice->tls, "Protect the connection with TLS")->envname("AMHEX_TLS");
   command
       ->add_option("--tls-ca", choice->authorities,
-                   "PEM file of who may vouch for the server; implies --tls; default: the "
+                   "PEM file of who may vouch for the server; implies --tls; by default the "
                    "system's authorities")
+      ->type_name("FILE")
       ->envname("AMHEX_TLS_CA");
   auto* certificate =
-      command->add_option("--tls-cert", choice->certificate, "PEM file of your own certificate");
-  certificate->envname("AMHEX_TLS_CERT");
+      command->add_option("--tls-cert", choice->certificate,
+                          "PEM file of your own certificate, together with --tls-key");
+  certificate->type_name("FILE")->envname("AMHEX_TLS_CERT");
   auto* key = command->add_option("--tls-key", choice->key, "PEM file of your certificate's key");
-  key->envname("AMHEX_TLS_KEY")->needs(certificate);
+  key->type_name("FILE")->envname("AMHEX_TLS_KEY")->needs(certificate);
   certificate->needs(key);
-  command->add_option("--tls-name", choice->server_name,
-                      "Name in the server's certificate, if not that of its address");
+  command
+      ->add_option("--tls-name", choice->server_name,
+                   "Name in the server's certificate, if not that of its address")
+      ->type_name("NAME");
   command->add_option("--token-file", choice->token_file, "File that holds your token")
+      ->type_name("FILE")
       ->envname("AMHEX_TOKEN_FILE");
 }
 
-void SetVolumeUse(const ParameterFlags& flags, v1::MeshingParams* params) {
+void SetVolumeUse(const CLI::App& command, const ParameterFlags& flags, v1::MeshingParams* params) {
+  if (!Given(command, "--volume-use")) return;
   constexpr std::array<std::pair<std::string_view, v1::VolumeUse>, 3> kUses = {
       {{"reassemble", v1::VOLUME_USE_REASSEMBLE},
        {"hull", v1::VOLUME_USE_HULL},
@@ -88,15 +100,10 @@ void SetVolumeUse(const ParameterFlags& flags, v1::MeshingParams* params) {
 }  // namespace
 
 void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice) {
+  command->option_defaults()->group(kServerGroup);
   auto* server =
       command->add_option("--server", choice->address, "Server's address, host:port or unix:/path");
-  server->envname("AMHEX_SERVER");
-  command
-      ->add_option("--patience", choice->patience_seconds,
-                   "Seconds to keep trying while the server cannot be reached")
-      ->check(CLI::Range(0.0, 86400.0))
-      ->capture_default_str();
-  AddSecurityFlags(command, choice);
+  server->type_name("ADDRESS")->envname("AMHEX_SERVER");
   if (local_servers == LocalServers::kAllowed) {
     // An address from the environment does not count against --local.
     command->add_flag("--local", choice->local,
@@ -104,43 +111,112 @@ void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice*
   } else {
     server->required();
   }
+  command
+      ->add_option("--patience", choice->patience_seconds,
+                   "How long to keep trying while the server cannot be reached")
+      ->check(Within(0, kMostPatienceSeconds))
+      ->type_name("SECONDS")
+      ->capture_default_str();
+  AddSecurityFlags(command, choice);
 }
 
-void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
-  auto* cells = command->add_option("--cells", flags->cells, "Wanted number of cells");
-  cells->check(CLI::PositiveNumber);
-  command->add_option("--edge-length", flags->edge_length, "Wanted edge length, in model units")
-      ->check(CLI::PositiveNumber)
-      ->excludes(cells);
+namespace {
+
+void AddRelaxationFlags(CLI::App* command, ParameterFlags* flags) {
+  command->option_defaults()->group(kRelaxationGroup);
+  command->add_option("--initialization", flags->initialization, "Where sites come from")
+      ->check(CLI::IsMember({"field", "grid", "jittered_grid"}))
+      ->type_name("")
+      ->capture_default_str();
+  command
+      ->add_option("--iterations", flags->iterations,
+                   "Iterations of the relaxation; by default 0 from fields, 150 from grids")
+      ->type_name("N");
+  command
+      ->add_option("--lattice-points", flags->lattice_points,
+                   "Lattice points per site of the Voronoi labelling")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--regularity-weight", flags->regularity_weight,
+                   "Peak of the pull towards regular cells")
+      ->type_name("W")
+      ->capture_default_str();
+  command
+      ->add_option("--split-limit", flags->split_limit, "Neighbours from which on a site is split")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--jitter", flags->jitter,
+                   "Displacement of the sites of a jittered grid, in edge lengths")
+      ->type_name("X")
+      ->capture_default_str();
+  command
+      ->add_option("--extraction", flags->extraction,
+                   "How cells are found: from merged cubes first, or by the paper's search alone")
+      ->check(CLI::IsMember({"direct", "paper"}))
+      ->type_name("")
+      ->capture_default_str();
+  command
+      ->add_option("--min-quality", flags->min_quality,
+                   "Least scaled Jacobian of cells that the assembly takes")
+      ->type_name("Q")
+      ->capture_default_str();
+}
+
+void AddJobFlags(CLI::App* command, ParameterFlags* flags) {
+  command->option_defaults()->group(kJobGroup);
   command->add_option("--backend", flags->backend, "Where to compute")
-      ->check(CLI::IsMember({"auto", "cpu", "cuda"}));
-  command->add_option("--threads", flags->threads, "Threads; 0 = all cores");
-  command->add_option("--seed", flags->seed, "Seed of every random choice");
-  command->add_option("--sharp-angle", flags->sharp_angle,
-                      "Degrees from which on an edge of the input is kept sharp");
+      ->check(CLI::IsMember({"auto", "cpu", "cuda"}))
+      ->type_name("")
+      ->capture_default_str();
+  command->add_option("--threads", flags->threads, "Threads to use; by default all cores")
+      ->type_name("N");
+  command
+      ->add_option("--memory-limit", flags->memory_limit_bytes,
+                   "Most memory that the engine may use; by default the server's limit")
+      ->type_name("BYTES");
+  command
+      ->add_option("--time-limit", flags->time_limit_seconds,
+                   "Longest that the job may run; by default the server's limit")
+      ->check(AboveZero())
+      ->type_name("SECONDS");
+  command
+      ->add_option("--priority", flags->priority, "Place in the queue, 0 to 100; lower is sooner")
+      ->check(Within(0, kMostPriority))
+      ->type_name("N")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
+  command->option_defaults()->group(kSizeGroup);
+  auto* cells = command->add_option("--cells", flags->cells, "Wanted number of cells");
+  cells->check(AboveZero())->type_name("N");
+  command->add_option("--edge-length", flags->edge_length, "Wanted edge length, in model units")
+      ->check(AboveZero())
+      ->type_name("LENGTH")
+      ->excludes(cells);
+  command->option_defaults()->group(kMeshingGroup);
+  command
+      ->add_option("--sharp-angle", flags->sharp_angle,
+                   "Angle from which on an edge of the input is kept sharp")
+      ->type_name("DEGREES")
+      ->capture_default_str();
   command
       ->add_option("--volume-use", flags->volume_use,
                    "What to do with a volume mesh: reassemble its cells, mesh its hull, subdivide")
-      ->check(CLI::IsMember({"reassemble", "hull", "subdivide"}));
-  command->add_option("--min-quality", flags->min_quality,
-                      "Least scaled Jacobian of accepted primitives");
-  command->add_option("--initialization", flags->initialization, "Where sites come from")
-      ->check(CLI::IsMember({"field", "grid", "jittered_grid"}));
-  command->add_option("--iterations", flags->iterations, "Relaxation iterations; -1 = by start");
-  command->add_option("--lattice-points", flags->lattice_points,
-                      "Lattice points per site of the Voronoi labelling");
-  command->add_option("--regularity-weight", flags->regularity_weight,
-                      "Peak of the pull towards regular cells");
-  command->add_option("--split-limit", flags->split_limit, "Neighbours from which a site is split");
-  command->add_option("--jitter", flags->jitter, "Displacement of jittered sites, in edge lengths");
-  command->add_option("--extraction", flags->extraction, "How primitives are found")
-      ->check(CLI::IsMember({"direct", "paper"}));
-  command->add_option("--memory-limit", flags->memory_limit_bytes, "Bytes the engine may use");
-  command->add_option("--time-limit", flags->time_limit_seconds, "Seconds the job may run")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--priority", flags->priority, "Place in the queue, lower is sooner")
-      ->check(CLI::Range(0, 100))
+      ->check(CLI::IsMember({"reassemble", "hull", "subdivide"}))
+      ->type_name("")
       ->capture_default_str();
+  command
+      ->add_option("--seed", flags->seed,
+                   "Seed of what is random: how far the sites of a jittered grid are moved")
+      ->type_name("N")
+      ->capture_default_str();
+  AddRelaxationFlags(command, flags);
+  AddJobFlags(command, flags);
 }
 
 v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags) {
@@ -152,17 +228,20 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
   if (Given(command, "--sharp-angle")) {
     params.mutable_input()->set_sharp_angle_degrees(flags.sharp_angle);
   }
-  SetVolumeUse(flags, &params);
+  SetVolumeUse(command, flags, &params);
   SetRelaxation(command, flags, &params);
   if (Given(command, "--min-quality")) {
     params.mutable_assembly()->set_min_quality(flags.min_quality);
   }
-  if (flags.extraction == "direct")
-    params.mutable_assembly()->set_extraction(v1::EXTRACTION_DIRECT);
-  if (flags.extraction == "paper") params.mutable_assembly()->set_extraction(v1::EXTRACTION_PAPER);
-  if (flags.backend == "auto") params.mutable_run()->set_backend(v1::BACKEND_AUTO);
-  if (flags.backend == "cpu") params.mutable_run()->set_backend(v1::BACKEND_CPU);
-  if (flags.backend == "cuda") params.mutable_run()->set_backend(v1::BACKEND_CUDA);
+  if (Given(command, "--extraction")) {
+    params.mutable_assembly()->set_extraction(flags.extraction == "paper" ? v1::EXTRACTION_PAPER
+                                                                          : v1::EXTRACTION_DIRECT);
+  }
+  if (Given(command, "--backend")) {
+    params.mutable_run()->set_backend(flags.backend == "cpu"    ? v1::BACKEND_CPU
+                                      : flags.backend == "cuda" ? v1::BACKEND_CUDA
+                                                                : v1::BACKEND_AUTO);
+  }
   if (Given(command, "--threads")) params.mutable_run()->set_thread_count(flags.threads);
   if (Given(command, "--seed")) params.mutable_run()->set_seed(flags.seed);
   if (Given(command, "--memory-limit")) {
@@ -172,16 +251,38 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
 }
 
 void AddOutputFlags(CLI::App* command, OutputFlags* flags) {
+  command->option_defaults()->group(kOutputGroup);
   command
       ->add_option("-o,--output", flags->output, absl::StrCat("Mesh file: ", kMeshOutputExtensions))
+      ->type_name("FILE")
       ->required();
   command->add_flag("--solver-ready", flags->solver_ready, kSolverReadyHelp);
-  command->add_option("--json", flags->json, "File for statistics, timings, parameters, warnings");
-  command->add_option("--report", flags->report,
-                      "HTML file for a page that shows the mesh and its figures in a browser");
-  command->add_option("--picture", flags->picture, "PNG file for a picture of the mesh, cut open");
-  command->add_option("--cut", flags->cut, "Where to cut it: x, y or z, or as in y:0.3; none");
-  command->add_option("--size", flags->size, "The picture's size in pixels, as in 1200x900");
+  command->add_option("--json", flags->json, "Statistics, timings, parameters and warnings")
+      ->type_name("FILE");
+  command
+      ->add_option("--report", flags->report,
+                   "HTML page that shows the mesh and its figures in a browser")
+      ->type_name("FILE");
+  command->add_option("--picture", flags->picture, "PNG of the mesh, cut open")->type_name("FILE");
+  AddPictureFlags(command, &flags->look);
+}
+
+void AddPictureFlags(CLI::App* command, PictureFlags* flags) {
+  command
+      ->add_option("--cut", flags->cut,
+                   "Where to cut the picture's mesh: x, y or z, or as in y:0.3, or none; by "
+                   "default across its shortest side")
+      ->type_name("WHERE");
+  command
+      ->add_option("--colour,--color", flags->colour,
+                   "What the picture's colours say: the cells' type, their scaled Jacobian, or "
+                   "their distance to the input")
+      ->check(CLI::IsMember({"type", "quality", "distance"}))
+      ->type_name("")
+      ->capture_default_str();
+  command->add_option("--size", flags->size, "The picture's size in pixels")
+      ->type_name("WxH")
+      ->capture_default_str();
 }
 
 absl::Status CheckOutputs(const OutputFlags& flags) {
@@ -193,21 +294,24 @@ absl::Status CheckOutputs(const OutputFlags& flags) {
     if (path.empty()) continue;
     if (const absl::Status status = CheckFolderOf(path); !status.ok()) return status;
   }
-  return PictureOptionsFrom(flags.cut, flags.size, AtMostHexaMesh()).status();
+  if (flags.look.colour == "distance" && flags.input.empty()) {
+    return absl::InvalidArgumentError("--colour distance wants to know the input: --input FILE");
+  }
+  return PictureOptionsFrom(flags.look, AtMostHexaMesh()).status();
 }
 
-absl::StatusOr<PictureOptions> PictureOptionsFrom(const std::string& cut, const std::string& size,
+absl::StatusOr<PictureOptions> PictureOptionsFrom(const PictureFlags& flags,
                                                   const AtMostHexaMesh& mesh) {
   PictureOptions options;
-  if (!size.empty()) {
-    if (const absl::Status status = ParseSize(size, &options); !status.ok()) return status;
-  }
-  if (cut == "none") return options;
-  if (cut.empty()) {
+  if (const absl::Status status = ParseSize(flags.size, &options); !status.ok()) return status;
+  if (flags.colour == "quality") options.colouring = Colouring::kQuality;
+  if (flags.colour == "distance") options.colouring = Colouring::kDistance;
+  if (flags.cut == "none") return options;
+  if (flags.cut.empty()) {
     options.cut = DefaultCut(mesh);
     return options;
   }
-  const absl::StatusOr<Cut> parsed = ParseCut(cut);
+  const absl::StatusOr<Cut> parsed = ParseCut(flags.cut);
   if (!parsed.ok()) return parsed.status();
   options.cut = *parsed;
   return options;
@@ -269,12 +373,17 @@ int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh me
     if (!status.ok()) return Fail(status, kExitOutput);
   }
   if (flags.picture.empty()) return kExitSuccess;
-  const auto options = PictureOptionsFrom(flags.cut, flags.size, document.mesh);
+  return WritePicture(document, flags.look, flags.picture);
+}
+
+int WritePicture(const MeshDocument& document, const PictureFlags& flags, const std::string& path) {
+  absl::StatusOr<PictureOptions> options = PictureOptionsFrom(flags, document.mesh);
   if (!options.ok()) return Fail(options.status(), kExitUsage);
+  options->distances = document.distances;
   const absl::StatusOr<Image> image = DrawMesh(document.mesh, *options);
-  status = image.ok() ? WritePng(*image, flags.picture) : image.status();
-  if (!status.ok()) return Fail(status, kExitOutput);
-  return kExitSuccess;
+  if (!image.ok()) return Fail(image.status(), kExitInput);
+  const absl::Status status = WritePng(*image, path);
+  return status.ok() ? kExitSuccess : Fail(status, kExitOutput);
 }
 
 absl::Status WriteJson(const OutputFlags& flags, const v1::Job& job, const InputNote& input,

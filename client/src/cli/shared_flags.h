@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "amhex/params.h"
 #include "amhex/v1/job.pb.h"
 #include "amhex/v1/params.pb.h"
 #include "amhex/volume_mesh.h"
@@ -15,28 +16,54 @@
 
 namespace amhex::client {
 
-// --server, --local (where `may_be_local`), --patience.
+// --server, --local (where they are allowed), --patience, and what TLS needs.
 enum class LocalServers { kForbidden, kAllowed };
 void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice* choice);
 
-// Every meshing parameter that a user may want to set.
+// What is meshed.
+inline constexpr const char* kScanHelp =
+    "Scan or surface: .drc .ply .obj .off .stl; volume mesh: .vtk .msh .vtu .mesh";
+
+inline constexpr const char* kJobHelp = "The job's name, as submit printed it and list shows it";
+
+// Every meshing parameter that a user may want to set. The defaults are the engine's.
 struct ParameterFlags {
   int64_t cells = 0;
   double edge_length = 0;
-  std::string backend, initialization, extraction, volume_use;
-  int iterations = -1, lattice_points = 108, split_limit = 10;
-  double regularity_weight = 1, jitter = 0.2;
-  double sharp_angle = 35, min_quality = 0.25, time_limit_seconds = 0;
-  int threads = 0, priority = 50;
-  int64_t seed = 1, memory_limit_bytes = 0;
+  std::string backend = "auto", initialization = "field", extraction = "direct",
+              volume_use = "reassemble";
+  int iterations = RelaxationParams().iteration_count;
+  int lattice_points = RelaxationParams().lattice_points_per_site;
+  int split_limit = RelaxationParams().split_limit;
+  double regularity_weight = RelaxationParams().regularity_weight;
+  double jitter = RelaxationParams().jitter;
+  double sharp_angle = InputParams().sharp_angle_degrees;
+  double min_quality = AssemblyParams().min_quality;
+  double time_limit_seconds = 0;
+  int threads = RunParams().thread_count, priority = 50;
+  uint64_t seed = RunParams().seed;
+  int64_t memory_limit_bytes = RunParams().memory_limit_bytes;
 };
 void AddParameterFlags(CLI::App* command, ParameterFlags* flags);
 // Only what was given on the command line is set; the rest is the server's default.
 amhex::v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flags);
 
-// -o, --solver-ready, --json, --report, --picture, --cut, --size.
+// --cut, --colour, --size.
+struct PictureFlags {
+  std::string cut, colour = "type", size = "1200x900";
+};
+void AddPictureFlags(CLI::App* command, PictureFlags* flags);
+// INVALID_ARGUMENT for words that say nothing. An empty cut is the largest section of `mesh`.
+absl::StatusOr<PictureOptions> PictureOptionsFrom(const PictureFlags& flags,
+                                                  const AtMostHexaMesh& mesh);
+
+// Draws and writes it; the exit status.
+int WritePicture(const MeshDocument& document, const PictureFlags& flags, const std::string& path);
+
+// -o, --solver-ready, --json, --report, --picture and its flags.
 struct OutputFlags {
-  std::string output, json, report, picture, cut, size;
+  std::string output, json, report, picture;
+  PictureFlags look;
   std::string input;  // the file that the mesh's distances are measured to; empty = none
   bool solver_ready = false;
 };
@@ -63,9 +90,5 @@ int WriteOutputs(const OutputFlags& flags, const amhex::v1::Job& job, AtMostHexa
 // Writes the JSON file if one is wanted.
 absl::Status WriteJson(const OutputFlags& flags, const amhex::v1::Job& job, const InputNote& input,
                        double seconds);
-
-// The options of a picture from --cut and --size; `default_cut` stands for an empty --cut.
-absl::StatusOr<PictureOptions> PictureOptionsFrom(const std::string& cut, const std::string& size,
-                                                  const AtMostHexaMesh& mesh);
 
 }  // namespace amhex::client

@@ -73,10 +73,10 @@ Colour Shade(const Colour& colour, const Vec3d& normal, const Camera& camera) {
   return {colour[0] * factor, colour[1] * factor, colour[2] * factor};
 }
 
-const Colour& ColourOf(PrimitiveType type, bool on_hull) {
-  const bool is_hexahedron = type == PrimitiveType::kHexahedron;
-  if (on_hull) return is_hexahedron ? kHullColour : kHullOtherColour;
-  return is_hexahedron ? kHexahedronColour : kOtherCellColour;
+// Faces on the hull are lighter than those inside where colours say the type.
+const Colour& ColourOfFace(const Colour& cell, bool on_hull, const PictureOptions& options) {
+  if (!on_hull || options.colouring != Colouring::kType) return cell;
+  return cell == kHexahedronColour ? kHullColour : kHullOtherColour;
 }
 
 std::vector<bool> CellsBehind(const AtMostHexaMesh& mesh, const Cut& cut, const Vec3d& towards) {
@@ -165,13 +165,16 @@ absl::StatusOr<Image> DrawMesh(const AtMostHexaMesh& mesh, const PictureOptions&
   const absl::StatusOr<std::vector<BoundaryFace>> shown = BoundaryOf(mesh, keep);
   if (!shown.ok()) return shown.status();
   if (shown->empty()) return absl::FailedPreconditionError("the cut leaves no cell to draw");
+  const auto colours = ColoursOfCells(mesh, options.colouring, options.distances);
+  if (!colours.ok()) return colours.status();
   // Both lists are ordered by cell and vertices, and the hull's faces that are left are in both.
   const auto before = [](const BoundaryFace& a, const BoundaryFace& b) {
     return a.cell != b.cell ? a.cell < b.cell : a.face.vertex < b.face.vertex;
   };
   for (const BoundaryFace& b : *shown) {
     const bool on_hull = std::binary_search(hull->begin(), hull->end(), b, before);
-    DrawFace(b.face, mesh.vertices, ColourOf(mesh.types[b.cell], on_hull), camera, &raster);
+    const Colour& colour = ColourOfFace((*colours)[b.cell], on_hull, options);
+    DrawFace(b.face, mesh.vertices, colour, camera, &raster);
   }
   return raster.Resolve();
 }

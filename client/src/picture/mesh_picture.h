@@ -2,10 +2,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "amhex/volume_mesh.h"
+#include "picture/cell_colours.h"
 #include "picture/image.h"
 #include "picture/raster.h"
 
@@ -26,21 +28,18 @@ Cut DefaultCut(const AtMostHexaMesh& mesh);
 struct PictureOptions {
   int width = 1200, height = 900;  // pixels, [16, 8192]
   std::optional<Cut> cut;          // nullopt = the whole mesh from outside
+  Colouring colouring = Colouring::kType;
+  std::span<const float> distances = {};  // [cell_count]; kDistance wants them
 };
 
 // "1200x900". INVALID_ARGUMENT for anything else or out of range.
 absl::Status ParseSize(const std::string& text, PictureOptions* options);
 
-// What the colours say.
-inline constexpr Colour kHullColour = {0.94f, 0.93f, 0.90f};        // the mesh's boundary
-inline constexpr Colour kHexahedronColour = {0.62f, 0.76f, 0.96f};  // inner faces of hexahedra
-inline constexpr Colour kOtherCellColour = {1.00f, 0.80f, 0.16f};   // inner faces of other cells
-inline constexpr Colour kHullOtherColour = {0.99f, 0.91f, 0.62f};   // their faces on the boundary
 inline constexpr Colour kBackgroundColour = {1.0f, 1.0f, 1.0f};
 
 // Draws faces flat-shaded with their edges, seen from in front, to the right and above.
 // INVALID_ARGUMENT naming the option, DATA_LOSS if the cells do not fit together,
-// FAILED_PRECONDITION if the cut leaves no cell.
+// FAILED_PRECONDITION if the cut leaves no cell or distances are missing.
 absl::StatusOr<Image> DrawMesh(const AtMostHexaMesh& mesh, const PictureOptions& options);
 
 }  // namespace amhex::client
