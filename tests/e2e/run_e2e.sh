@@ -162,7 +162,7 @@ test_errors() {
   refuses "a mistyped flag" 2 "did you mean --output" mesh cube.drc --ouput out.vtu
   refuses "a list of no server" 2 "AMHEX_SERVER" list
   refuses "a scan as STL" 2 "--surface writes one" demo -o scan.stl
-  refuses "distances without the input" 3 "--input FILE" picture cube.mesh -o far.png --colour distance
+  refuses "distances without the input" 3 "--input FILE" picture cube.mesh -o far.png --cut none --colour distance
   AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu
   if "$amhex" info | grep -q 'backend cuda *not available'; then
     refuses "CUDA without a device" 10 "cuda" mesh cube.drc --backend cuda -o out.vtu

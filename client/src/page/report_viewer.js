@@ -28,12 +28,20 @@ function faceVertices(corners, cell, face, out) {
   return count;
 }
 
+// Whether the browser draws without a graphics processor, where each sample of a pixel costs time.
+function rendersInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl");
+  const names = context && context.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 class MeshViewer {
   constructor(canvas, mesh) {
     this.canvas = canvas;
     this.mesh = mesh;
     this.keep = new Uint8Array(mesh.cellCount);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !rendersInSoftware(), preserveDrawingBuffer: true});
     this.renderer.setClearColor(0xffffff, 1);
     this.renderer.setPixelRatio(window.devicePixelRatio || 1);
     this.scene = new THREE.Scene();
