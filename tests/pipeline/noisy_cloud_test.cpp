@@ -106,6 +106,16 @@ TEST(NoisyCloud, HalfAPercentOfNoiseChangesLittle) {
   EXPECT_NEAR(InteriorQuality(noisy.mesh), quality, 0.02 * quality);
 }
 
+TEST(NoisyCloud, HalfAPercentOfNoiseKeepsTheHullWithoutNormalsToo) {
+  PointCloud cloud = CleanCloud();
+  cloud = WithNoise(cloud, 0.005 * DiagonalOf(cloud));
+  cloud.normals.clear();
+  const MeshingResult noisy = MeshOf(cloud);
+  EXPECT_EQ(noisy.statistics.genus, 1);
+  EXPECT_EQ(noisy.statistics.boundary_component_count, 1);
+  EXPECT_GE(ShareNearTorus(noisy), 0.97);
+}
+
 TEST(NoisyCloud, OnePercentOfNoiseKeepsTheShape) {
   const PointCloud clean = CleanCloud();
   const MeshingResult noisy = MeshOf(WithNoise(clean, 0.01 * DiagonalOf(clean)));

@@ -155,6 +155,7 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
   if (result.closed.user_edge_length > 0 && sizing.cell_count > 0) {
     wanted = {0, result.closed.user_edge_length};
   }
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   const HullQueries queries(solid.vertices, solid.triangles, StopPoll(run));
   AMHEX_ASSIGN_OR_RETURN(result.user_edge_length,
                          ResolveEdgeLength(wanted, solid, queries, result.volume, unit.scale));
@@ -176,8 +177,8 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll);
 
   const TriangleMesh topology{hull.vertices, hull.triangles};
-  const EdgeAdjacency adjacency = FindEdgeAdjacency(topology);
-  const Components components = FindComponents(adjacency);
+  const EdgeAdjacency adjacency = FindEdgeAdjacency(topology, poll);
+  const Components components = FindComponents(adjacency, poll);
   hull.component_count = components.count;
   hull.genus = adjacency.IsClosedManifold() ? GenusOf(topology, adjacency, components) : -1;
   poll.Now();
@@ -195,6 +196,7 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
                                RunContext& run) {
   AMHEX_RETURN_IF_ERROR(Validate(params));
   AMHEX_RETURN_IF_ERROR(CheckInput(input));
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
     AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, run));
     return BuildHull(BoundaryOf(broken), params, run);

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/sort_polling.h"
+
 namespace amhex {
 namespace {
 
@@ -29,13 +31,15 @@ int32_t RootOf(std::vector<int32_t>& parent, int32_t i) {
 
 // Joins the points that fall into the same grid cell.
 void JoinCells(const std::vector<Vec3d>& points, double tolerance, double shift,
-               std::vector<int32_t>& parent) {
+               const StopPoll& poll, std::vector<int32_t>& parent) {
   std::vector<std::pair<Key, int32_t>> keys(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     keys[i] = {KeyOf(points[i], tolerance, shift), static_cast<int32_t>(i)};
   }
-  std::sort(keys.begin(), keys.end());
+  SortPolling(keys.begin(), keys.end(), poll);
   for (size_t i = 1; i < keys.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     if (keys[i].first != keys[i - 1].first) continue;
     const int32_t a = RootOf(parent, keys[i - 1].second), b = RootOf(parent, keys[i].second);
     parent[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
@@ -44,7 +48,7 @@ void JoinCells(const std::vector<Vec3d>& points, double tolerance, double shift,
 
 }  // namespace
 
-CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh) {
+CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh, const StopPoll& poll) {
   CleanCounts counts;
   auto& triangles = mesh.triangles;
   const size_t before = triangles.size();
@@ -54,13 +58,15 @@ CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh) {
 
   std::vector<std::pair<std::array<int32_t, 3>, int32_t>> keys(triangles.size());
   for (size_t i = 0; i < triangles.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     std::array<int32_t, 3> corners = triangles[i];
     std::sort(corners.begin(), corners.end());
     keys[i] = {corners, static_cast<int32_t>(i)};
   }
-  std::sort(keys.begin(), keys.end());
+  SortPolling(keys.begin(), keys.end(), poll);
   std::vector<uint8_t> repeated(triangles.size(), 0);
   for (size_t i = 1; i < keys.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     if (keys[i].first != keys[i - 1].first) continue;
     repeated[static_cast<size_t>(keys[i].second)] = 1;
     ++counts.repeated_triangles;
@@ -75,18 +81,19 @@ CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh) {
   return counts;
 }
 
-CleanCounts MergeVertices(double tolerance, TriangleMesh& mesh) {
+CleanCounts MergeVertices(double tolerance, TriangleMesh& mesh, const StopPoll& poll) {
   std::vector<int32_t> parent(mesh.vertices.size());
   std::iota(parent.begin(), parent.end(), 0);
-  JoinCells(mesh.vertices, tolerance, 0, parent);
+  JoinCells(mesh.vertices, tolerance, 0, poll, parent);
   // A second grid, shifted by half a cell, joins most pairs that a cell wall of the first parts.
-  if (tolerance > 0) JoinCells(mesh.vertices, tolerance, 0.5, parent);
+  if (tolerance > 0) JoinCells(mesh.vertices, tolerance, 0.5, poll, parent);
   for (auto& t : mesh.triangles) {
     for (int32_t& v : t) v = RootOf(parent, v);
   }
   int64_t merged = 0;
   for (size_t v = 0; v < parent.size(); ++v) merged += parent[v] != static_cast<int32_t>(v);
-  CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh);
+  poll.Now();
+  CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh, poll);
   counts.merged_vertices = merged;
   return counts;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "amhex/input_hull.h"
+#include "base/stop_poll.h"
 
 namespace amhex {
 
@@ -14,10 +15,10 @@ struct CleanCounts {
 };
 
 // Drops triangles with two equal corners, and all but the first of those with the same corners.
-CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh);
+CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh, const StopPoll& poll = {});
 
 // Joins vertices that are nearer to each other than `tolerance` (0 joins equal ones only), then
 // drops what became empty or repeated. O(n log n).
-CleanCounts MergeVertices(double tolerance, TriangleMesh& mesh);
+CleanCounts MergeVertices(double tolerance, TriangleMesh& mesh, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -28,18 +28,19 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
 }
 
 // Joins vertices only as far as that is needed for a closed surface.
-EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings) {
+EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings,
+                               const StopPoll& poll) {
   Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
-  CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh);
-  EdgeAdjacency adjacency = FindEdgeAdjacency(mesh);
+  CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh, poll);
+  EdgeAdjacency adjacency = FindEdgeAdjacency(mesh, poll);
   for (const double tolerance : {0.0, kRoundingDistance}) {
     if (adjacency.IsClosedManifold()) break;
-    const CleanCounts more = MergeVertices(tolerance, mesh);
+    const CleanCounts more = MergeVertices(tolerance, mesh, poll);
     DropUnusedVertices(mesh);
     counts.merged_vertices += more.merged_vertices;
     counts.empty_triangles += more.empty_triangles;
     counts.repeated_triangles += more.repeated_triangles;
-    adjacency = FindEdgeAdjacency(mesh);
+    adjacency = FindEdgeAdjacency(mesh, poll);
   }
   Note(counts.merged_vertices, "vertices at the same place, joined", warnings);
   Note(counts.empty_triangles, "triangles without area, left out", warnings);
@@ -62,7 +63,7 @@ absl::StatusOr<size_t> CapAll(RunContext& run, TriangleMesh& mesh) {
 // Caps, orients and checks; false if the surface cannot be kept as it is.
 absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>& warnings,
                                    RunContext& run) {
-  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings);
+  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings, StopPoll(run));
   if (mesh.triangles.empty()) {
     return absl::InvalidArgumentError("the input's triangles all have no area");
   }
@@ -71,14 +72,16 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
     return false;
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  Components components = FindComponents(adjacency);
+  Components components = FindComponents(adjacency, StopPoll(run));
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   const OrientationResult orientation = MakeOrientationConsistent(adjacency, components, mesh);
   if (!orientation.is_orientable) {
     warnings.push_back("the surface has only one side somewhere");
     return false;
   }
   Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
-  adjacency = FindEdgeAdjacency(mesh);  // turned triangles have their edges in another order
+  adjacency =
+      FindEdgeAdjacency(mesh, StopPoll(run));  // turned triangles have their edges in another order
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   SplitFans(adjacency, mesh);
   size_t openings = 0;
@@ -120,7 +123,7 @@ absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wan
 
   // The soup as oriented as it can be; patches that closed nothing are not part of it.
   std::vector<std::string> ignored;
-  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored);
+  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, StopPoll(run));
   MakeOrientationConsistent(adjacency, FindComponents(adjacency), mesh);
   DropUnusedVertices(mesh);
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));

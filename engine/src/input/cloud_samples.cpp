@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/sort_polling.h"
 #include "base/status_macros.h"
 #include "input/curvature.h"
 #include "input/estimate_normals.h"
@@ -26,13 +27,13 @@ constexpr double kOutlierRatio = 6.0;
 constexpr double kSameSideCosine = 0.2;
 
 // Equal points in a row after sorting: keeps the first of each and adds the others' normals.
-int64_t JoinEqualPoints(CloudSamples& samples) {
+int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
   std::vector<std::pair<std::array<double, 3>, int32_t>> keys;
   for (size_t i = 0; i < samples.position.size(); ++i) {
     const Vec3d& p = samples.position[i];
     keys.push_back({{p.x, p.y, p.z}, static_cast<int32_t>(i)});
   }
-  std::sort(keys.begin(), keys.end());
+  SortPolling(keys.begin(), keys.end(), poll);
   std::vector<uint8_t> keep(keys.size(), 1);
   int64_t joined = 0;
   for (size_t i = 1, first = 0; i < keys.size(); ++i) {
@@ -153,11 +154,11 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   CloudSamples samples{cloud.points, cloud.normals, {}};
   if (samples.normal.empty()) {
     samples.normal.assign(samples.position.size(), Vec3d{});
-    Note(JoinEqualPoints(samples), "points at the same place, joined", warnings);
+    Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     AMHEX_ASSIGN_OR_RETURN(samples.normal, EstimateNormals(samples.position, run));
     warnings.push_back("the cloud has no normals, estimated by the engine");
   } else {
-    Note(JoinEqualPoints(samples), "points at the same place, joined", warnings);
+    Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
   }
   if (samples.position.size() < 4) {

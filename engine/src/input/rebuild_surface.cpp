@@ -206,14 +206,15 @@ absl::StatusOr<PointCloud> ThinToUse(PointCloud cloud, const WantedSize& wanted,
   if (cloud.points.size() <= kManyPoints) return cloud;
   const Box3d box = BoxOf(cloud.points);
   PointCloud coarse = cloud;
-  ThinCloud(box.Diagonal() / kCoarseCubes, coarse);
+  ThinCloud(box.Diagonal() / kCoarseCubes, coarse, StopPoll(run));
   std::vector<std::string> ignored;
   AMHEX_ASSIGN_OR_RETURN(const CloudSamples samples, PrepareCloud(coarse, run, ignored));
   const TriangleMesh discs = DiscSoup(samples);
   const double edge_length =
-      GuessEdgeLength(wanted, box, HullQueries(discs.vertices, discs.triangles), run) /
+      GuessEdgeLength(wanted, box, HullQueries(discs.vertices, discs.triangles, StopPoll(run)),
+                      run) /
       wanted.user_scale;
-  const int64_t taken = ThinCloud(edge_length / kPointsPerEdgeLength, cloud);
+  const int64_t taken = ThinCloud(edge_length / kPointsPerEdgeLength, cloud, StopPoll(run));
   if (taken > 0) {
     warnings.push_back(
         absl::StrCat("points denser than the cells can use, merged with neighbours: ", taken));
@@ -254,7 +255,7 @@ absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const Wa
 
 absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const WantedSize& wanted,
                                               RunContext& run) {
-  const HullQueries queries(soup.vertices, soup.triangles);
+  const HullQueries queries(soup.vertices, soup.triangles, StopPoll(run));
   const Box3d box = BoxOf(soup.vertices);
   const double user_edge_length = GuessEdgeLength(wanted, box, queries, run);
   const double edge_length = user_edge_length / wanted.user_scale;

@@ -40,23 +40,28 @@ class CornerSets {
 
 }  // namespace
 
-EdgeAdjacency FindEdgeAdjacency(const TriangleMesh& mesh) {
+EdgeAdjacency FindEdgeAdjacency(const TriangleMesh& mesh, const StopPoll& poll) {
   // Half-edges sorted by their smaller vertex (counting sort), then by the larger one.
   const auto half_edge_count = static_cast<HalfEdgeId>(3 * mesh.triangles.size());
   std::vector<int32_t> first(mesh.vertices.size() + 1, 0);
   const auto low = [&](HalfEdgeId e) { return std::min(Start(mesh, e), EndOf(mesh, e)); };
   const auto high = [&](HalfEdgeId e) { return std::max(Start(mesh, e), EndOf(mesh, e)); };
-  for (HalfEdgeId e = 0; e < half_edge_count; ++e) ++first[static_cast<size_t>(low(e)) + 1];
+  for (HalfEdgeId e = 0; e < half_edge_count; ++e) {
+    poll.At(e);
+    ++first[static_cast<size_t>(low(e)) + 1];
+  }
   std::partial_sum(first.begin(), first.end(), first.begin());
   std::vector<HalfEdgeId> sorted(static_cast<size_t>(half_edge_count));
   std::vector<int32_t> next(first.begin(), first.end() - 1);
   for (HalfEdgeId e = 0; e < half_edge_count; ++e) {
+    poll.At(e);
     sorted[static_cast<size_t>(next[static_cast<size_t>(low(e))]++)] = e;
   }
 
   EdgeAdjacency adjacency;
   adjacency.opposite.assign(static_cast<size_t>(half_edge_count), kOpenEdge);
   for (size_t v = 0; v + 1 < first.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
     const auto begin = sorted.begin() + first[v], end = sorted.begin() + first[v + 1];
     std::sort(begin, end, [&](HalfEdgeId a, HalfEdgeId b) {
       return std::pair(high(a), a) < std::pair(high(b), b);
@@ -81,7 +86,7 @@ EdgeAdjacency FindEdgeAdjacency(const TriangleMesh& mesh) {
   return adjacency;
 }
 
-Components FindComponents(const EdgeAdjacency& adjacency) {
+Components FindComponents(const EdgeAdjacency& adjacency, const StopPoll& poll) {
   const size_t triangle_count = adjacency.opposite.size() / 3;
   Components components;
   components.of_triangle.assign(triangle_count, -1);
@@ -94,6 +99,7 @@ Components FindComponents(const EdgeAdjacency& adjacency) {
     while (!stack.empty()) {
       const int32_t t = stack.back();
       stack.pop_back();
+      poll.At(t);
       for (int corner = 0; corner < 3; ++corner) {
         const HalfEdgeId other = adjacency.opposite[static_cast<size_t>(3 * t + corner)];
         if (other < 0) continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "amhex/input_hull.h"
+#include "base/stop_poll.h"
 
 namespace amhex {
 
@@ -26,14 +27,14 @@ struct EdgeAdjacency {
 
 // Triangles must have three different corners. Linear in the triangles but for vertices with very
 // many of them. Orientation plays no part.
-EdgeAdjacency FindEdgeAdjacency(const TriangleMesh& mesh);
+EdgeAdjacency FindEdgeAdjacency(const TriangleMesh& mesh, const StopPoll& poll = {});
 
 // Edge-connected components.
 struct Components {
   std::vector<int32_t> of_triangle;  // [triangle_count] numbered by their first triangle
   int32_t count = 0;
 };
-Components FindComponents(const EdgeAdjacency& adjacency);
+Components FindComponents(const EdgeAdjacency& adjacency, const StopPoll& poll = {});
 
 // Turns triangles so that neighbours agree, as few as possible in each component.
 struct OrientationResult {

@@ -1,10 +1,11 @@
 #include "input/thin_cloud.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "base/sort_polling.h"
 
 namespace amhex {
 namespace {
@@ -23,22 +24,24 @@ int64_t CubeCoordinate(double x, double cell) { return static_cast<int64_t>(std:
 
 }  // namespace
 
-int64_t ThinCloud(double cell, PointCloud& cloud) {
+int64_t ThinCloud(double cell, PointCloud& cloud, const StopPoll& poll) {
   const bool has_normals = !cloud.normals.empty();
   std::vector<std::pair<Key, int32_t>> keys(cloud.points.size());
   for (size_t i = 0; i < keys.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
     const Vec3d& p = cloud.points[i];
     keys[i] = {{CubeCoordinate(p.x, cell), CubeCoordinate(p.y, cell), CubeCoordinate(p.z, cell),
                 has_normals ? MainDirection(cloud.normals[i]) : 0},
                static_cast<int32_t>(i)};
   }
-  std::sort(keys.begin(), keys.end());
+  SortPolling(keys.begin(), keys.end(), poll);
   PointCloud thinned;
   for (size_t i = 0; i < keys.size();) {
     Vec3d position, normal;
     double count = 0;
     const Key key = keys[i].first;
     for (; i < keys.size() && keys[i].first == key; ++i, ++count) {
+      poll.At(static_cast<int64_t>(i));
       const auto point = static_cast<size_t>(keys[i].second);
       position += cloud.points[point];
       // Unit vectors, so that long normals do not outvote the others.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "amhex/input_hull.h"
+#include "base/stop_poll.h"
 
 namespace amhex {
 
@@ -11,6 +12,6 @@ namespace amhex {
 // by their mean, position and normal; points without normals by the mean of the cube. The means of
 // surfaces bend inward by about cell^2 / (12 radius). O(n log n). Returns the number of points
 // taken away.
-int64_t ThinCloud(double cell, PointCloud& cloud);
+int64_t ThinCloud(double cell, PointCloud& cloud, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -49,7 +49,8 @@ std::vector<int32_t> PieceMesh::Pieces() const {
   return pieces;
 }
 
-ExchangeSearch::ExchangeSearch(const PieceTable& table) : table_(table) {
+ExchangeSearch::ExchangeSearch(const PieceTable& table)
+    : table_(table), is_taken_(table.pieces.size(), 0) {
   const PieceMesh atoms(table);
   const HalfFaceId face_count = table.faces.half_face_count();
   may_be_free_ = table.on_hull;
@@ -58,17 +59,13 @@ ExchangeSearch::ExchangeSearch(const PieceTable& table) : table_(table) {
                          atoms.owner(OppositeOf(face)) == PieceMesh::kNoPiece;
     if (is_free) may_be_free_[static_cast<size_t>(face)] = 1;
   }
-  const auto piece_count = static_cast<int32_t>(table.pieces.size());
-  const auto for_each_quad = [&](int32_t piece, const auto& visit) {
-    const Primitive& primitive = table.pieces[static_cast<size_t>(piece)];
-    for (int i = 0; i < primitive.face_count; ++i) {
-      const HalfFaceId face = primitive.half_faces[i];
-      if (table.faces.face(FaceOf(face)).count == 4) visit(static_cast<size_t>(face));
-    }
-  };
+  FindHopeless();
   // The largest and best pieces come first in every row.
-  std::vector<int32_t> order(static_cast<size_t>(piece_count - table.atom_count));
-  std::iota(order.begin(), order.end(), table.atom_count);
+  std::vector<int32_t> order;
+  const auto piece_count = static_cast<int32_t>(table.pieces.size());
+  for (int32_t piece = table.atom_count; piece < piece_count; ++piece) {
+    if (!IsHopeless(piece)) order.push_back(piece);
+  }
   std::sort(order.begin(), order.end(), [&](int32_t a, int32_t b) {
     const auto key = [&](int32_t piece) {
       const Primitive& p = table.pieces[static_cast<size_t>(piece)];
@@ -78,23 +75,58 @@ ExchangeSearch::ExchangeSearch(const PieceTable& table) : table_(table) {
   });
   first_piece_.assign(static_cast<size_t>(face_count) + 1, 0);
   for (const int32_t piece : order) {
-    for_each_quad(piece, [&](size_t face) { ++first_piece_[face + 1]; });
+    ForEachQuad(piece, [&](size_t face) { ++first_piece_[face + 1]; });
   }
   std::partial_sum(first_piece_.begin(), first_piece_.end(), first_piece_.begin());
   pieces_at_.resize(static_cast<size_t>(first_piece_.back()));
   std::vector<int32_t> next(first_piece_.begin(), first_piece_.end() - 1);
   for (const int32_t piece : order) {
-    for_each_quad(piece,
-                  [&](size_t face) { pieces_at_[static_cast<size_t>(next[face]++)] = piece; });
+    ForEachQuad(piece, [&](size_t face) { pieces_at_[static_cast<size_t>(next[face]++)] = piece; });
+  }
+}
+
+template <class Visit>
+void ExchangeSearch::ForEachQuad(int32_t piece, const Visit& visit) const {
+  const Primitive& primitive = table_.pieces[static_cast<size_t>(piece)];
+  for (int i = 0; i < primitive.face_count; ++i) {
+    const HalfFaceId face = primitive.half_faces[i];
+    if (table_.faces.face(FaceOf(face)).count == 4) visit(static_cast<size_t>(face));
+  }
+}
+
+// A piece is hopeless if one of its quads has no piece on its other side but hopeless ones: most of
+// what tetrahedra could become is.
+void ExchangeSearch::FindHopeless() {
+  const auto piece_count = static_cast<int32_t>(table_.pieces.size());
+  is_hopeless_.assign(table_.pieces.size(), 0);
+  std::vector<int32_t> owners(static_cast<size_t>(table_.faces.half_face_count()), 0);
+  for (int32_t piece = 0; piece < piece_count; ++piece) {
+    ForEachQuad(piece, [&](size_t face) { ++owners[face]; });
+  }
+  for (bool is_settled = false; !is_settled;) {
+    is_settled = true;
+    for (int32_t piece = table_.atom_count; piece < piece_count; ++piece) {
+      if (IsHopeless(piece)) continue;
+      bool is_met = true;
+      ForEachQuad(piece, [&](size_t face) {
+        const auto other = static_cast<size_t>(OppositeOf(static_cast<HalfFaceId>(face)));
+        is_met = is_met && (may_be_free_[face] != 0 || owners[other] > 0);
+      });
+      if (is_met) continue;
+      is_hopeless_[static_cast<size_t>(piece)] = 1;
+      ForEachQuad(piece, [&](size_t face) { --owners[face]; });
+      is_settled = false;
+    }
   }
 }
 
 bool ExchangeSearch::BringIn(int32_t piece, PieceMesh* mesh) {
   mesh_ = mesh;
-  changes_.clear(), best_changes_.clear(), taken_.clear();
+  changes_.clear(), best_changes_.clear();
+  GiveUpTaken(0);
   gain_ = 0, best_gain_ = kLeastGain;
   budget_ = kBudget;
-  if (Take(piece)) Explore(0);
+  if (!IsHopeless(piece) && Take(piece)) Explore(0);
   UndoTo(0);
   for (const Change& change : best_changes_) {
     if (change.is_added) {
@@ -122,7 +154,7 @@ void ExchangeSearch::Explore(int depth) {
   for (int32_t k = first_piece_[wanted]; k < first_piece_[wanted + 1] && depth < kMostTaken; ++k) {
     if (Take(pieces_at_[static_cast<size_t>(k)])) Explore(depth + 1);
     UndoTo(change_count);
-    taken_.resize(taken_count);
+    GiveUpTaken(taken_count);
     if (budget_ < 0) return;
   }
   const int32_t holder = mesh_->owner(unmet);
@@ -142,6 +174,7 @@ bool ExchangeSearch::Take(int32_t piece) {
   for (const int32_t atom : table_.atoms(piece)) Apply(atom, false);
   Apply(piece, true);
   taken_.push_back(piece);
+  is_taken_[static_cast<size_t>(piece)] = 1;
   return true;
 }
 
@@ -205,8 +238,10 @@ bool ExchangeSearch::IsUnmet(HalfFaceId face) const {
          mesh_->owner(OppositeOf(face)) == PieceMesh::kNoPiece;
 }
 
-bool ExchangeSearch::IsTaken(int32_t piece) const {
-  return std::find(taken_.begin(), taken_.end(), piece) != taken_.end();
+// All but the first `count`.
+void ExchangeSearch::GiveUpTaken(size_t count) {
+  for (size_t i = count; i < taken_.size(); ++i) is_taken_[static_cast<size_t>(taken_[i])] = 0;
+  taken_.resize(count);
 }
 
 double ExchangeSearch::ValueOf(int32_t piece) const {

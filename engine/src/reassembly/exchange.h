@@ -43,11 +43,18 @@ class ExchangeSearch {
   // fixed budget; false, with the mesh unchanged, if none gains anything.
   bool BringIn(int32_t piece, PieceMesh* mesh);
 
- private:
+  // What the last exchange added and removed, in order.
   struct Change {
     int32_t piece;
     bool is_added;
   };
+  const std::vector<Change>& last_changes() const { return best_changes_; }
+
+ private:
+  template <class Visit>
+  void ForEachQuad(int32_t piece, const Visit& visit) const;
+  void FindHopeless();
+  bool IsHopeless(int32_t piece) const { return is_hopeless_[static_cast<size_t>(piece)] != 0; }
 
   void Explore(int depth);
   bool CanTake(int32_t piece) const;
@@ -57,16 +64,19 @@ class ExchangeSearch {
   void UndoTo(size_t change_count);
   HalfFaceId FindUnmet() const;
   bool IsUnmet(HalfFaceId face) const;
-  bool IsTaken(int32_t piece) const;
+  void GiveUpTaken(size_t count);
+  bool IsTaken(int32_t piece) const { return is_taken_[static_cast<size_t>(piece)] != 0; }
   double ValueOf(int32_t piece) const;
 
   const PieceTable& table_;
   std::vector<uint8_t> may_be_free_;  // [half_face_count] free before anything was merged
+  std::vector<uint8_t> is_hopeless_;  // [piece_count] can be in no conforming mesh
   std::vector<int32_t> first_piece_;  // [half_face_count + 1] rows of pieces_at_
   std::vector<int32_t> pieces_at_;    // merged pieces by their quads, best first
   PieceMesh* mesh_ = nullptr;         // while searching
   std::vector<Change> changes_;       // the exchange under way
   std::vector<int32_t> taken_;        // pieces it brings in
+  std::vector<uint8_t> is_taken_;     // [piece_count] the same
   std::vector<Change> best_changes_;
   double gain_ = 0, best_gain_ = 0;
   int budget_ = 0;

@@ -77,6 +77,63 @@ std::vector<int32_t> FittingHexahedra(const PieceTable& table, const std::vector
   return chosen;
 }
 
+// Where the mesh has changed since a piece was tried last: elsewhere trying again finds the same.
+class Changes {
+ public:
+  explicit Changes(const PieceTable& table)
+      : table_(table),
+        neighbours_(static_cast<size_t>(table.atom_count)),
+        changed_(static_cast<size_t>(table.atom_count), 1),
+        tried_(table.pieces.size(), 0) {
+    std::vector<int32_t> owner(static_cast<size_t>(table.faces.half_face_count()), -1);
+    ForEachFace([&](int32_t atom, HalfFaceId face) { owner[static_cast<size_t>(face)] = atom; });
+    ForEachFace([&](int32_t atom, HalfFaceId face) {
+      const int32_t other = owner[static_cast<size_t>(OppositeOf(face))];
+      if (other >= 0) neighbours_[static_cast<size_t>(atom)].push_back(other);
+    });
+  }
+
+  // Whether anything changed within two atoms of the piece since this was asked for it last.
+  bool AskAbout(int32_t piece) {
+    int64_t& tried = tried_[static_cast<size_t>(piece)];
+    const auto is_new = [&](int32_t atom) { return changed_[static_cast<size_t>(atom)] > tried; };
+    bool any = false;
+    for (const int32_t atom : table_.atoms(piece)) {
+      const auto& around = neighbours_[static_cast<size_t>(atom)];
+      any = any || is_new(atom) || std::any_of(around.begin(), around.end(), is_new);
+    }
+    tried = now_;
+    return any;
+  }
+
+  void Note(const std::vector<ExchangeSearch::Change>& changes) {
+    ++now_;
+    for (const ExchangeSearch::Change& change : changes) {
+      for (const int32_t atom : table_.atoms(change.piece)) {
+        changed_[static_cast<size_t>(atom)] = now_;
+        for (const int32_t other : neighbours_[static_cast<size_t>(atom)]) {
+          changed_[static_cast<size_t>(other)] = now_;
+        }
+      }
+    }
+  }
+
+ private:
+  template <class Visit>
+  void ForEachFace(const Visit& visit) const {
+    for (int32_t atom = 0; atom < table_.atom_count; ++atom) {
+      const Primitive& piece = table_.pieces[static_cast<size_t>(atom)];
+      for (int i = 0; i < piece.face_count; ++i) visit(atom, piece.half_faces[i]);
+    }
+  }
+
+  const PieceTable& table_;
+  std::vector<std::vector<int32_t>> neighbours_;  // [atom_count]
+  std::vector<int64_t> changed_;                  // [atom_count] when
+  std::vector<int64_t> tried_;                    // [piece_count] when
+  int64_t now_ = 1;                               // one more with every exchange
+};
+
 void Report(double fraction, RunContext& run) {
   Progress progress = run.progress();
   progress.stage_fraction = fraction;
@@ -93,13 +150,16 @@ absl::StatusOr<std::vector<int32_t>> MergeCells(const PieceTable& table, RunCont
     for (const int32_t atom : table.atoms(piece)) mesh.Remove(atom);
     mesh.Add(piece);
   }
+  Changes changes(table);
   for (int round = 0; round < kMostRounds; ++round) {
     size_t exchanges = 0;
     for (size_t i = 0; i < order.size(); ++i) {
       if (i % kPiecesPerStopCheck == 0) AMHEX_RETURN_IF_ERROR(run.CheckStop());
       const int32_t piece = order[i];
       if (mesh.piece_of(table.atoms(piece).front()) == piece) continue;
-      if (search.BringIn(piece, &mesh)) ++exchanges;
+      if (!changes.AskAbout(piece) || !search.BringIn(piece, &mesh)) continue;
+      changes.Note(search.last_changes());
+      ++exchanges;
     }
     Report(static_cast<double>(round + 1) / kMostRounds, run);
     if (static_cast<double>(exchanges) < kIdleShare * static_cast<double>(order.size())) break;
