@@ -161,7 +161,7 @@ class Reader:
         return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True, env=self.environment).stdout
 
     def subcommands(self):
-        return re.findall(r"^  ([a-z]+)[ ,]", self.help_of(self.amhex).partition("Subcommands:")[2], re.M)
+        return re.findall(r"^  ([a-z]+)[ ,]", self.help_of(self.amhex).partition("Subcommands:")[2].partition("\n\n")[0], re.M)
 
     def help_examples(self):
         """(command, example) for every line below Examples: in every help text."""
