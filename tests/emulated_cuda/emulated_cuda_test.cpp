@@ -109,7 +109,7 @@ double Announced(const absl::Status& refusal) {
 }
 
 // Each solver of the fields, on a device that is too small and on one that is not.
-TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimated) {
+TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenStopped) {
   using namespace fields;  // NOLINT: all that follows is from there
   SolvedFields solved(fixtures::MakeSphere(2, 0.5));
   ASSERT_TRUE(solved.ok);
@@ -142,6 +142,11 @@ TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimated) {
     EXPECT_EQ(controls().used, 0);
     // Solves end at their goal, long before the most iterations that they may take.
     EXPECT_LT(controls().replays, 200);
+  }
+  solved.run.RequestStop();
+  for (const auto& solve : solvers) {
+    EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
+    EXPECT_EQ(controls().used, 0);
   }
 }
 
@@ -294,6 +299,7 @@ TEST_F(EmulatedCuda, AutoTakesTheCpuWhereMemoryEndsOnTheWay) {
     const auto result = MeshCube(Backend::kAuto);
     ASSERT_TRUE(result.ok()) << result.status() << " call " << call;
     EXPECT_EQ(result->mesh.vertices, expected->mesh.vertices) << "call " << call;
+    EXPECT_EQ(controls().used, 0) << "call " << call;
     if (result->effective_params.run.backend == Backend::kCpu) ++taken_over;
   }
   EXPECT_GT(taken_over, 0);

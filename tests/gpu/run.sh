@@ -20,7 +20,7 @@ program() {  # NAME ARGUMENT...
 
 device_tests='*CudaParity*:*Backends*'
 # Slow under a sanitizer: one of every kind.
-sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice'
+sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice:*CudaParityOfFields*'
 tools=(memcheck racecheck initcheck)
 run_tests() {
   local log

@@ -82,6 +82,15 @@ TEST(CpuExecutor, RepeatShowsTheStateAfterEveryStepInOrder) {
   EXPECT_EQ(seen, (std::vector<int64_t>{1, 2, 3, 4, 5}));
 }
 
+TEST(CpuExecutor, RepeatEndsOnceTheObserverHasSeenEnough) {
+  CpuExecutor executor;
+  HostBuffer<int64_t> state = executor.Alloc<int64_t>(1);
+  state.View()[0] = 0;
+  executor.Repeat(
+      5, state, [&] { ++state.View()[0]; }, [](const int64_t* s) { return *s == 3; });
+  EXPECT_EQ(state.View()[0], 3);
+}
+
 TEST(CpuExecutor, SkipsTheRestOnceARunShouldStop) {
   std::atomic<int> polls{0};
   CpuExecutor executor([&] { return ++polls > 3; });
