@@ -4,26 +4,19 @@
 #include <oneapi/tbb/info.h>
 
 #include <algorithm>
-#include <optional>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "assembly/assemble.h"
 #include "backends.h"
 #include "base/status_macros.h"
-#include "closure/close_complex.h"
-#include "fields/field_sites.h"
-#include "geometry/match_and_merge.h"
 #include "input/build_hull.h"
 #include "input/guidance_checks.h"
 #include "input/sample_hull.h"
-#include "input/site_grid.h"
 #include "judge.h"
-#include "optimize/improve_mesh.h"
 #include "output/finalize_mesh.h"
-#include "output/validate.h"
-#include "relax/relaxation.h"
 #include "stage.h"
-#include "topology/extract_topology.h"
+#include "trials.h"
 #include "volume_mesher.h"
 
 namespace amhex {
@@ -37,30 +30,6 @@ absl::StatusOr<Hull> BuildGuidedHull(const InputHull& input, const Guidance& gui
   return hull;
 }
 
-absl::StatusOr<Sites> Populate(const Hull& hull, const HullSamples& samples,
-                               const MeshingParams& params, RunContext& run) {
-  if (params.relaxation.initialization == Initialization::kField) {
-    return PopulateFromFields(hull, samples, params, run);
-  }
-  return PopulateGrid(hull, samples, params, run);
-}
-
-// A filling that breaks the law once its vertices are placed is not the only one: another is
-// tried before the run gives up.
-constexpr int kMaxFillings = 3;
-
-absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, CellComplex closed,
-                                              const Hull& hull, const MeshingParams& params,
-                                              RunContext& run) {
-  for (int attempt = 1;; ++attempt) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex improved, ImproveMesh(std::move(closed), hull, params, run));
-    if (attempt == kMaxFillings) return improved;
-    const StopPoll poll(run);
-    if (ValidateMesh(FinalizeMesh(improved, hull.frame, poll), poll).valid()) return improved;
-    AMHEX_ASSIGN_OR_RETURN(closed, CloseComplex(assembled, hull, params, run, attempt));
-  }
-}
-
 // What ran where. A run that the device had no room for may be repeated on the CPU.
 BackendChoice Settle(BackendChoice choice, const std::vector<std::string>& device_notes) {
   for (const std::string& note : device_notes) absl::StrAppend(&choice.note, "; ", note);
@@ -72,6 +41,7 @@ MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend bac
   MeshingParams effective = params;
   effective.sizing.cell_count = 0;
   effective.sizing.edge_length = hull.frame.scale;
+  effective.sizing.trial_count = PlanTrials(hull, params).started;
   effective.run.backend = backend;
   return effective;
 }
@@ -96,34 +66,20 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
   AMHEX_ASSIGN_OR_RETURN(const HullSamples samples, GuardStage(run, Stage::kSampleHull, [&] {
                            return SampleHull(hull, params.input, run);
                          }));
-  AMHEX_ASSIGN_OR_RETURN(Sites sites, GuardStage(run, Stage::kPopulate, [&] {
-                           return Populate(hull, samples, params, run);
-                         }));
-  AMHEX_ASSIGN_OR_RETURN(const Sites relaxed, GuardStage(run, Stage::kRelax, [&] {
-                           return RelaxSites(hull, samples, std::move(sites), params, run);
-                         }));
-  AMHEX_ASSIGN_OR_RETURN(const MergedCubes cubes, GuardStage(run, Stage::kMatchAndMerge, [&] {
-                           return MatchAndMerge(relaxed, hull, params, run);
-                         }));
-  AMHEX_ASSIGN_OR_RETURN(const PrimitiveTable primitives,
-                         GuardStage(run, Stage::kExtractTopology,
-                                    [&] { return ExtractTopology(cubes, params, run); }));
-  AMHEX_ASSIGN_OR_RETURN(const CellComplex assembled, GuardStage(run, Stage::kAssemble, [&] {
-                           return AssembleCells(primitives, cubes, params, run);
-                         }));
-  AMHEX_ASSIGN_OR_RETURN(CellComplex closed, GuardStage(run, Stage::kClose, [&] {
-                           return CloseComplex(assembled, hull, params, run);
-                         }));
-  AMHEX_ASSIGN_OR_RETURN(const CellComplex improved, GuardStage(run, Stage::kPlaceVertices, [&] {
-                           return ImproveUntilValid(assembled, std::move(closed), hull, params,
-                                                    run);
-                         }));
+  const TrialPlan plan = PlanTrials(hull, params);
+  AMHEX_ASSIGN_OR_RETURN(const AssembledTrials assembled,
+                         AssembleTrials(hull, samples, plan, params, run));
+  AMHEX_ASSIGN_OR_RETURN(std::vector<ClosedTrial> closed,
+                         CloseTrials(assembled.complexes, hull, plan, params, run));
+  AMHEX_ASSIGN_OR_RETURN(
+      const CellComplex improved,
+      PlaceBestTrial(assembled.complexes, std::move(closed), hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
                            const StopPoll poll(run);
                            return Judge(FinalizeMesh(improved, hull.frame, poll), hull, poll);
                          }));
   result.stages = run.stage_reports();
-  const BackendChoice settled = Settle(backend, relaxed.device_notes);
+  const BackendChoice settled = Settle(backend, assembled.device_notes);
   result.effective_params = Resolve(params, hull, settled.backend);
   result.backend_note = settled.note;
   return result;

@@ -64,6 +64,7 @@ absl::Status Validate(const MeshingParams& params) {
                               ") and sizing.edge_length (", sizing.edge_length,
                               ") are both set, permitted is at most one"));
   }
+  check.Within("sizing.trial_count", sizing.trial_count, 0, 12);
 
   check.Within("input.sharp_angle_degrees", params.input.sharp_angle_degrees, 10.0, 180.0);
   check.Known("input.volume_use", params.input.volume_use, VolumeUse::kSubdivide);

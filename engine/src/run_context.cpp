@@ -44,7 +44,8 @@ void RunContext::Report(const Progress& update) {
   const Stage stage = progress_.stage;
   // Stages that repeat a step until nothing changes cannot know their share beforehand; a watcher
   // still never sees a bar go back.
-  const double fraction = std::max(progress_.stage_fraction, update.stage_fraction);
+  const double fraction = std::max(progress_.stage_fraction,
+                                   part_begin_ + (part_end_ - part_begin_) * update.stage_fraction);
   progress_ = update;
   progress_.stage = stage;
   progress_.stage_fraction = fraction;
@@ -52,6 +53,7 @@ void RunContext::Report(const Progress& update) {
 }
 
 void RunContext::BeginStage(Stage stage) {
+  SetStagePart(0, 1);
   progress_.stage = stage;
   progress_.stage_fraction = 0;
   if (on_progress) on_progress(progress_);

@@ -128,6 +128,7 @@ MeshingParams ToEngine(const pb::MeshingParams& params) {
   MeshingParams out;
   AMHEX_COPY_IF_PRESENT(params.sizing(), out.sizing, cell_count);
   AMHEX_COPY_IF_PRESENT(params.sizing(), out.sizing, edge_length);
+  AMHEX_COPY_IF_PRESENT(params.sizing(), out.sizing, trial_count);
   AMHEX_COPY_IF_PRESENT(params.input(), out.input, sharp_angle_degrees);
   if (params.input().has_volume_use()) {
     out.input.volume_use = ToEngine(params.input().volume_use());
@@ -145,6 +146,7 @@ pb::MeshingParams ToProto(const MeshingParams& params) {
   pb::MeshingParams out;
   out.mutable_sizing()->set_cell_count(params.sizing.cell_count);
   out.mutable_sizing()->set_edge_length(params.sizing.edge_length);
+  out.mutable_sizing()->set_trial_count(params.sizing.trial_count);
   out.mutable_input()->set_sharp_angle_degrees(params.input.sharp_angle_degrees);
   out.mutable_input()->set_volume_use(VolumeUseToProto(params.input.volume_use));
   pb::RelaxationParams& relaxation = *out.mutable_relaxation();

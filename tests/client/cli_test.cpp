@@ -171,7 +171,8 @@ v1::MeshingParams Parse(const std::string& line) {
 
 TEST(ParameterFlags, ReachEveryParameter) {
   const v1::MeshingParams params = Parse(
-      "--cells 9 --sharp-angle 40 --initialization grid --iterations 7 --lattice-points 64 "
+      "--cells 9 --trials 3 --sharp-angle 40 --initialization grid --iterations 7 --lattice-points "
+      "64 "
       "--regularity-weight 0.5 --split-limit 9 --jitter 0.1 --min-quality 0.3 --extraction paper "
       "--backend cpu --threads 2 --seed 5 --memory-limit 1000000 --volume-use hull");
   // All but edge_length, which excludes cell_count.

@@ -198,6 +198,10 @@ void AddParameterFlags(CLI::App* command, ParameterFlags* flags) {
       ->check(AboveZero())
       ->type_name("LENGTH")
       ->excludes(cells);
+  command
+      ->add_option("--trials", flags->trials,
+                   "Lattices to try, of slightly different density; by default as many as pay")
+      ->type_name("N");
   command->option_defaults()->group(kMeshingGroup);
   command
       ->add_option("--sharp-angle", flags->sharp_angle,
@@ -225,6 +229,7 @@ v1::MeshingParams ParamsFrom(const CLI::App& command, const ParameterFlags& flag
   if (Given(command, "--edge-length")) {
     params.mutable_sizing()->set_edge_length(flags.edge_length);
   }
+  if (Given(command, "--trials")) params.mutable_sizing()->set_trial_count(flags.trials);
   if (Given(command, "--sharp-angle")) {
     params.mutable_input()->set_sharp_angle_degrees(flags.sharp_angle);
   }

@@ -34,6 +34,7 @@ struct ParameterFlags {
               volume_use = "reassemble";
   int iterations = RelaxationParams().iteration_count;
   int lattice_points = RelaxationParams().lattice_points_per_site;
+  int trials = 0;
   int split_limit = RelaxationParams().split_limit;
   double regularity_weight = RelaxationParams().regularity_weight;
   double jitter = RelaxationParams().jitter;

@@ -77,7 +77,9 @@ class RunContext {
   const Progress& progress() const { return progress_; }
   const std::vector<StageReport>& stage_reports() const { return stage_reports_; }
 
-  // For the pipeline only (mesher.cpp).
+  // For the pipeline only (stage.h, trials.cpp).
+  // Until the stage ends or this is called again, a stage's whole is this part of what is reported.
+  void SetStagePart(double begin, double end) { part_begin_ = begin, part_end_ = end; }
   void BeginStage(Stage stage);
   void EndStage(const StageReport& report);
 
@@ -85,6 +87,7 @@ class RunContext {
   std::atomic<bool> stop_requested_{false};
   Clock::time_point deadline_ = Clock::time_point::max();
   Progress progress_;
+  double part_begin_ = 0, part_end_ = 1;  // of the stage
   std::vector<StageReport> stage_reports_;
 };
 

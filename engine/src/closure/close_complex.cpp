@@ -13,6 +13,7 @@
 #include "closure/extrude_layer.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
+#include "optimize/cell_quality.h"
 
 namespace amhex {
 namespace {
@@ -41,6 +42,8 @@ constexpr int kWholeMeshAttempt = 2;
 constexpr int kDelaunayAttempts = 6;
 // Boundary defects are opened and filled anew, each time a layer farther.
 constexpr int kDefectAttempts = 4;
+// Rounds of refilling have seeds of their own, beyond those of closing.
+constexpr int kRefillRound = 2 * kDefectAttempts;
 // Seeds of one attempt are counted up from its own base.
 constexpr uint64_t kSeedStride = 1000;
 
@@ -88,6 +91,16 @@ class Closer {
     if (HasOpenFaces()) return OpenError();
     mended.complex = mesh_.ToComplex();
     return mended;
+  }
+
+  absl::StatusOr<Mended> Refill(double quality, int layers) {
+    Mended refilled;
+    refilled.changed = OpenPoorCells(quality, layers);
+    if (refilled.changed) FillCavities(kRefillRound + layers);
+    if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+    if (HasOpenFaces()) return OpenError();
+    refilled.complex = mesh_.ToComplex();
+    return refilled;
   }
 
  private:
@@ -164,6 +177,29 @@ class Closer {
     for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
     for (const StarRound& round : kSlitRounds) FillWithStars(round);
     return true;
+  }
+
+  // Opens the mesh where cells are poorer than `quality`, with the whole of the stars that they
+  // belong to and `layers` of cells around; false if there are none.
+  bool OpenPoorCells(double quality, int layers) {
+    const auto cells_at = mesh_.CellsAtVertices();
+    const auto is_apex = [&](int32_t v) {
+      return std::all_of(cells_at[v].begin(), cells_at[v].end(), [&](int cell) {
+        const PrimitiveType type = mesh_.type(cell);
+        return type == PrimitiveType::kPyramid || type == PrimitiveType::kTetrahedron;
+      });
+    };
+    std::set<int> open;
+    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      if (CellQuality(mesh_.corners(cell), mesh_.vertices()) >= quality) continue;
+      open.insert(cell);
+      for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
+        if (is_apex(v)) open.insert(cells_at[v].begin(), cells_at[v].end());
+      }
+    }
+    for (const int cell : open) mesh_.RemoveCell(cell);
+    for (int layer = 0; layer < layers && !open.empty(); ++layer) RemoveCellsAtCavities();
+    return !open.empty();
   }
 
   // Tries every cavity once, smallest first.
@@ -255,6 +291,12 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
                                     const MeshingParams& params, RunContext& run) {
   return Closer(complex, hull, params.run.seed, run).Mend(layers);
+}
+
+absl::StatusOr<Mended> RefillPoorCells(const CellComplex& complex, const Hull& hull,
+                                       const PoorCells& poor, const MeshingParams& params,
+                                       RunContext& run) {
+  return Closer(complex, hull, params.run.seed, run).Refill(poor.quality, poor.layers);
 }
 
 }  // namespace amhex

@@ -32,4 +32,15 @@ struct Mended {
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
                                     const MeshingParams& params, RunContext& run);
 
+// For a closed complex: takes out the cells poorer than `quality`, the stars that they belong to
+// and `layers` of cells around them, and closes what that opens anew. Whether the new cells are
+// better is for the caller to see. Errors: as CloseComplex.
+struct PoorCells {
+  double quality = 0;
+  int layers = 0;
+};
+absl::StatusOr<Mended> RefillPoorCells(const CellComplex& complex, const Hull& hull,
+                                       const PoorCells& poor, const MeshingParams& params,
+                                       RunContext& run);
+
 }  // namespace amhex

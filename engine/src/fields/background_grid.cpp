@@ -52,8 +52,10 @@ Vec3d BackgroundGrid::Position(int64_t node) const {
   return origin + Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * spacing;
 }
 
-absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const ProgressSlice& slice) {
+absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spacing,
+                                                   const ProgressSlice& slice) {
   BackgroundGrid grid;
+  grid.spacing = spacing;
   const Vec3d extent = hull.box.Extent();
   int depth = 0;
   for (int axis = 0; axis < 3; ++axis) {

@@ -100,10 +100,11 @@ struct BackgroundGrid {
 std::array<int32_t, 3> CellOfKey(uint64_t key);
 uint64_t KeyOfCell(const std::array<int32_t, 3>& cell);
 
-// All levels of the inside of `hull`. INVALID_ARGUMENT when no node lies inside,
-// RESOURCE_EXHAUSTED when the box needs more than 2^20 cells along an axis or 2^31 nodes.
-// O(nodes log triangles).
-absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, const ProgressSlice& slice);
+// All levels of the inside of `hull`, nodes `spacing` apart (edge lengths). INVALID_ARGUMENT when
+// no node lies inside, RESOURCE_EXHAUSTED when the box needs more than 2^20 cells along an axis or
+// 2^31 nodes. O(nodes log triangles).
+absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spacing,
+                                                   const ProgressSlice& slice);
 
 // The single steps, for tests.
 // Sorted Morton codes of the inside cells (grid_cells.cpp).

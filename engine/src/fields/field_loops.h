@@ -56,6 +56,10 @@ class ProgressSlice {
     run_.Report(progress);
   }
   RunContext& run() const { return run_; }
+  // The part of this slice from `begin` to `end`, shares of it.
+  ProgressSlice Part(double begin, double end) const {
+    return {run_, begin_ + (end_ - begin_) * begin, begin_ + (end_ - begin_) * end};
+  }
 
  private:
   RunContext& run_;

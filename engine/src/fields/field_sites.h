@@ -2,6 +2,8 @@
 // one fits, because Lloyd's relaxation only smooths and never changes the structure of the grid.
 #pragma once
 
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "amhex/params.h"
 #include "amhex/run_context.h"
@@ -10,14 +12,20 @@
 
 namespace amhex {
 
-// Sites from an orientation field, an integrable size field, a closed lattice form and a phase
-// field on a background grid of spacing h / 2 (h = 1 in the normalised frame). All sites lie
-// inside; sizes are the wanted cell extents along the frames' axes; links name the faces to glue.
+// The most lattices that are tried.
+inline constexpr int kMaxTrials = 12;
+
+// One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
+// size field, a closed lattice form and a phase field on a background grid of spacing h / 2 (h = 1
+// in the normalised frame). The trials differ in density, within 9 % of what was asked for; the
+// first has exactly that. All sites lie inside; sizes are the wanted cell extents along the frames'
+// axes; links name the faces to glue.
 //
 // Errors: INVALID_ARGUMENT when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
 // the grid would be too large, CANCELLED, DEADLINE_EXCEEDED. About 0.6 KB and 60 us per node (one
-// core), eight nodes per cell.
-absl::StatusOr<Sites> PopulateFromFields(const Hull& hull, const HullSamples& samples,
-                                         const MeshingParams& params, RunContext& run);
+// core), a third of that time again per further trial; eight nodes per cell.
+absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
+                                                      int trial_count, Backend backend,
+                                                      RunContext& run);
 
 }  // namespace amhex

@@ -66,6 +66,7 @@ absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
 
   Progress progress = run.progress();
   progress.site_count = sites.count();
+  progress.stage_fraction = 0;
   for (const Collapse collapse : {Collapse::kForbidden, Collapse::kEdgesOnly}) {
     for (const double level : kLevels) {
       if (absl::Status status = run.CheckStop(); !status.ok()) return status;

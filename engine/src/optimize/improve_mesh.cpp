@@ -1,14 +1,18 @@
 #include "optimize/improve_mesh.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "base/status_macros.h"
+#include "closure/boundary_defects.h"
 #include "closure/close_complex.h"
 #include "closure/improve_closure.h"
 #include "closure/peel_stars.h"
 #include "optimize/hull_features.h"
 #include "optimize/place_vertices.h"
+#include "optimize/raise_quality.h"
 
 namespace amhex {
 namespace {
@@ -20,9 +24,54 @@ struct ImprovementRound {
 };
 constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}, {0.28, 7}};
 
+// One star in ten thousand cells can hold the minimum where no repair of it helps. Where the worst
+// cell is below this, such places are opened and filled anew, each time a layer wider.
+constexpr double kGoodMinimum = 0.27;
+constexpr int kMaxRefills = 4;
+// Cells this little above the minimum are refilled along with the worst.
+constexpr double kPoorMargin = 0.1;
+constexpr double kMinRefillGain = 0.01;
+// New boundary faces may cut off or add this much, in cells; a place that is lost shows in more.
+constexpr double kMaxVolumeChange = 0.5;
+
 // Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
 // time.
 constexpr int kMaxMends = 4;
+
+double VolumeOf(const CellComplex& complex) {
+  double volume = 0;
+  for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
+  return volume;
+}
+
+// True if a refilled complex covers what it did before and its boundary has no defect.
+bool IsSameSolid(const CellComplex& refilled, const CellComplex& before, const Hull& hull) {
+  return std::abs(VolumeOf(refilled) - VolumeOf(before)) < kMaxVolumeChange &&
+         FindBoundaryDefects(WorkingMesh(refilled), hull).empty();
+}
+
+// Keeps what raises the minimum.
+absl::StatusOr<CellComplex> RefillPoorest(CellComplex complex, const Hull& hull,
+                                          const HullFeatures& features, const MeshingParams& params,
+                                          RunContext& run) {
+  bool is_refilled = false;
+  double minimum = SummarizeQuality(complex).minimum;
+  for (int layers = 0; layers < kMaxRefills && minimum < kGoodMinimum; ++layers) {
+    const PoorCells poor{std::min(kGoodMinimum, minimum + kPoorMargin), layers};
+    absl::StatusOr<Mended> refilled = RefillPoorCells(complex, hull, poor, params, run);
+    if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
+    if (!refilled.ok()) continue;  // the place resists; what is there is valid
+    AMHEX_ASSIGN_OR_RETURN(CellComplex placed, PlaceVertices(std::move(refilled->complex), features,
+                                                             run, PlacementEffort::kValid));
+    const double reached = SummarizeQuality(placed).minimum;
+    if (reached < minimum + kMinRefillGain || !IsSameSolid(placed, complex, hull)) continue;
+    complex = std::move(placed);
+    minimum = reached;
+    is_refilled = true;
+  }
+  if (!is_refilled) return complex;
+  return PlaceVertices(std::move(complex), features, run, PlacementEffort::kRaise);
+}
 
 }  // namespace
 
@@ -46,6 +95,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
   }
   AMHEX_ASSIGN_OR_RETURN(complex,
                          place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
+  AMHEX_ASSIGN_OR_RETURN(complex, RefillPoorest(std::move(complex), hull, features, params, run));
   for (int layers = 0; layers < kMaxMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended, MendBoundary(complex, hull, layers, params, run));
     complex = std::move(mended.complex);

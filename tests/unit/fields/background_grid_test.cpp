@@ -10,7 +10,7 @@ namespace {
 
 absl::StatusOr<BackgroundGrid> GridOf(const Hull& hull) {
   RunContext run;
-  return BuildBackgroundGrid(hull, ProgressSlice(run, 0, 1));
+  return BuildBackgroundGrid(hull, 1.0 / kNodesPerEdge, ProgressSlice(run, 0, 1));
 }
 
 TEST(BackgroundGrid, MortonCodesNameCellsBothWays) {
@@ -126,8 +126,8 @@ TEST(BackgroundGrid, RefusesAnAbsurdlyLongHull) {
 TEST(BackgroundGrid, StopsWhenAsked) {
   RunContext run;
   run.RequestStop();
-  const auto grid =
-      BuildBackgroundGrid(HullOf(fixtures::MakeSphere(3, 0.5)), ProgressSlice(run, 0, 1));
+  const auto grid = BuildBackgroundGrid(HullOf(fixtures::MakeSphere(3, 0.5)), 1.0 / kNodesPerEdge,
+                                        ProgressSlice(run, 0, 1));
   EXPECT_EQ(grid.status().code(), absl::StatusCode::kCancelled);
 }
 

@@ -58,7 +58,7 @@ struct SolvedFields {
 
   explicit SolvedFields(TriangleMesh mesh) : hull(HullOf(std::move(mesh))) {
     const ProgressSlice slice(run, 0, 1);
-    auto built = BuildBackgroundGrid(hull, slice);
+    auto built = BuildBackgroundGrid(hull, 1.0 / kNodesPerEdge, slice);
     if (!built.ok()) return;
     grid = *std::move(built);
     auto oriented = SolveOrientationField(grid, {}, {}, slice);

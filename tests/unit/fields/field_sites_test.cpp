@@ -18,9 +18,9 @@ namespace {
 
 Sites SitesOf(const Hull& hull) {
   RunContext run;
-  auto sites = PopulateFromFields(hull, HullSamples{}, MeshingParams{}, run);
+  auto sites = PopulateFromFields(hull, HullSamples{}, 1, Backend::kCpu, run);
   EXPECT_TRUE(sites.ok()) << sites.status().message();
-  return sites.ok() ? *std::move(sites) : Sites{};
+  return sites.ok() ? std::move(sites->front()) : Sites{};
 }
 
 // The cells (x, y, z) of the unit grid, in the box's own axes, that have exactly one site near
@@ -108,6 +108,33 @@ TEST(FieldSites, AreTheSameBitsOnOneAndOnFourThreads) {
   }
 }
 
+TEST(FieldSites, OfSeveralTrialsDifferALittleInNumber) {
+  const Hull hull = HullOf(fixtures::MakeSphere(4, 0.5));
+  RunContext run;
+  const auto trials = PopulateFromFields(hull, HullSamples{}, kMaxTrials, Backend::kCpu, run);
+  ASSERT_TRUE(trials.ok()) << trials.status().message();
+  ASSERT_EQ(trials->size(), static_cast<size_t>(kMaxTrials));
+  std::set<int64_t> counts;
+  for (const Sites& sites : *trials) {
+    EXPECT_GT(static_cast<double>(sites.count()), 0.75 * hull.volume);
+    EXPECT_LT(static_cast<double>(sites.count()), 1.2 * hull.volume);
+    counts.insert(sites.count());
+  }
+  EXPECT_GT(counts.size(), 3U);
+}
+
+TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
+  const Hull hull = HullOf(fixtures::MakeSphere(2, 0.5));
+  RunContext run;
+  const auto one = PopulateFromFields(hull, HullSamples{}, 1, Backend::kCpu, run);
+  const auto many = PopulateFromFields(hull, HullSamples{}, 4, Backend::kCpu, run);
+  ASSERT_TRUE(one.ok() && many.ok());
+  ASSERT_EQ(one->front().count(), many->front().count());
+  for (int64_t i = 0; i < one->front().count(); ++i) {
+    EXPECT_EQ(one->front().position[i], many->front().position[i]);
+  }
+}
+
 TEST(FieldSites, NeedNoMoreThanOneSiteInATinyBox) {
   EXPECT_EQ(SitesOf(HullOf(fixtures::MakeBox({1, 1, 1}, 1))).count(), 1);
 }
@@ -121,14 +148,14 @@ TEST(FieldSites, ReportRisingProgressAndStopWhenAsked) {
     EXPECT_LE(progress.stage_fraction, 1);
     last = progress.stage_fraction;
   };
-  ASSERT_TRUE(PopulateFromFields(hull, HullSamples{}, MeshingParams{}, run).ok());
+  ASSERT_TRUE(PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, run).ok());
   EXPECT_EQ(last, 1);
 
   RunContext stopped;
   stopped.on_progress = [&](const Progress& progress) {
     if (progress.stage_fraction > 0.3) stopped.RequestStop();
   };
-  const auto sites = PopulateFromFields(hull, HullSamples{}, MeshingParams{}, stopped);
+  const auto sites = PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, stopped);
   EXPECT_EQ(sites.status().code(), absl::StatusCode::kCancelled);
 }
 

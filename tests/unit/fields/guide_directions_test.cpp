@@ -21,7 +21,7 @@ std::vector<double> CosinesNear(const Guidance& guidance, const Vec3d& direction
   Hull hull = HullOf(fixtures::MakeSphere(6, 0.7));
   hull.guidance = guidance;
   RunContext run;
-  auto grid = BuildBackgroundGrid(hull, ProgressSlice(run, 0, 0.5));
+  auto grid = BuildBackgroundGrid(hull, 1.0 / kNodesPerEdge, ProgressSlice(run, 0, 0.5));
   EXPECT_TRUE(grid.ok());
   const auto frames = SolveOrientationField(*grid, {}, {}, ProgressSlice(run, 0.5, 1));
   EXPECT_TRUE(frames.ok());
@@ -65,8 +65,8 @@ TEST(GuideDirections, FramesFollowBothAxesOfASample) {
 
 TEST(GuideDirections, NothingIsStoredWithoutGuidance) {
   RunContext run;
-  const auto grid =
-      BuildBackgroundGrid(HullOf(fixtures::MakeBox({3, 3, 3}, 1)), ProgressSlice(run, 0, 1));
+  const auto grid = BuildBackgroundGrid(HullOf(fixtures::MakeBox({3, 3, 3}, 1)),
+                                        1.0 / kNodesPerEdge, ProgressSlice(run, 0, 1));
   ASSERT_TRUE(grid.ok());
   EXPECT_TRUE(grid->fine().guides.empty());
   EXPECT_EQ(grid->fine().GuidesOf(0), nullptr);

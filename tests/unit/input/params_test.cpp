@@ -21,6 +21,7 @@ TEST(ValidateParams, DefaultsArePermitted) { EXPECT_TRUE(Validate(MeshingParams{
 TEST(ValidateParams, RangesIncludeTheirEnds) {
   MeshingParams params;
   params.sizing.cell_count = 20'000'000;
+  params.sizing.trial_count = 12;
   params.input.sharp_angle_degrees = 180;
   params.relaxation.iteration_count = 1000;
   params.relaxation.lattice_points_per_site = 8;
@@ -43,6 +44,7 @@ TEST(ValidateParams, ABadFieldIsNamedWithValueAndRange) {
 TEST(ValidateParams, AllBadFieldsAreNamedAtOnce) {
   MeshingParams params;
   params.sizing.cell_count = -1;
+  params.sizing.trial_count = 13;
   params.input.sharp_angle_degrees = 5;
   params.relaxation.initialization = static_cast<Initialization>(3);
   params.relaxation.iteration_count = -2;
@@ -54,10 +56,10 @@ TEST(ValidateParams, AllBadFieldsAreNamedAtOnce) {
   params.run.thread_count = 2000;
   params.run.memory_limit_bytes = -5;
   for (const char* field :
-       {"sizing.cell_count", "input.sharp_angle_degrees", "relaxation.initialization",
-        "relaxation.iteration_count", "relaxation.lattice_points_per_site",
-        "relaxation.regularity_weight", "relaxation.jitter", "assembly.min_quality", "run.backend",
-        "run.thread_count", "run.memory_limit_bytes"}) {
+       {"sizing.cell_count", "sizing.trial_count", "input.sharp_angle_degrees",
+        "relaxation.initialization", "relaxation.iteration_count",
+        "relaxation.lattice_points_per_site", "relaxation.regularity_weight", "relaxation.jitter",
+        "assembly.min_quality", "run.backend", "run.thread_count", "run.memory_limit_bytes"}) {
     EXPECT_THAT(MessageFor(params), HasSubstr(field));
   }
 }

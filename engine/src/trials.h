@@ -1,0 +1,55 @@
+// Trials: a run starts several lattices of slightly different density and makes the mesh from the
+// one that fits the solid best. Each step goes on with fewer of them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "amhex/params.h"
+#include "amhex/run_context.h"
+#include "assembly/cell_complex.h"
+#include "input/hull.h"
+#include "relax/sites.h"
+
+namespace amhex {
+
+// How many trials take part in which step.
+struct TrialPlan {
+  int started = 1;  // populated and assembled
+  int closed = 1;   // at most
+  int placed = 1;   // at most; fewer when one is good enough
+};
+
+// What `params` ask for or, with trial_count 0, the more the smaller the solid. One only with
+// starts other than the field start.
+TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params);
+
+struct AssembledTrials {
+  std::vector<CellComplex> complexes;     // one per trial that was started
+  std::vector<std::string> device_notes;  // what the device had no room for, each once
+};
+
+// Stages populate to assemble.
+absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSamples& samples,
+                                               const TrialPlan& plan, const MeshingParams& params,
+                                               RunContext& run);
+
+struct ClosedTrial {
+  size_t assembly = 0;  // index of the complex it comes from
+  CellComplex complex;
+};
+
+// Stage close: the most promising assemblies, closed, best first. One that cannot be closed is
+// dropped as long as another can.
+absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellComplex>& assemblies,
+                                                     const Hull& hull, const TrialPlan& plan,
+                                                     const MeshingParams& params, RunContext& run);
+
+// Stage place_vertices: the best of the closed trials with its vertices in their places.
+absl::StatusOr<CellComplex> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
+                                           std::vector<ClosedTrial> closed, const Hull& hull,
+                                           const TrialPlan& plan, const MeshingParams& params,
+                                           RunContext& run);
+
+}  // namespace amhex

@@ -1,0 +1,72 @@
+#include "closure/rank_complexes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "closure/working_mesh.h"
+#include "fixtures/solids.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using ::testing::ElementsAre;
+using testing_support::GridComplex;
+
+// The box [0, 6]^3 as a hull; 216 cells are wanted.
+Hull BoxOfSix() {
+  TriangleMesh box = fixtures::MakeBox({6, 6, 6}, 1.0);
+  Box3d bounds;
+  for (const Vec3d& p : box.vertices) bounds.Extend(p);
+  for (Vec3d& p : box.vertices) p -= bounds.low;
+  Hull hull = testing_support::HullOfMesh(box);
+  hull.volume = 216;
+  return hull;
+}
+
+CellComplex WithoutCells(int first, int count) {
+  WorkingMesh mesh(GridComplex({6, 6, 6}));
+  for (int cell = first; cell < first + count; ++cell) mesh.RemoveCell(cell);
+  return mesh.ToComplex();
+}
+
+std::vector<size_t> RankOf(const std::vector<CellComplex>& complexes) {
+  const RunContext run;
+  const auto order = RankComplexes(complexes, BoxOfSix(), run);
+  EXPECT_TRUE(order.ok());
+  return order.ok() ? *order : std::vector<size_t>{};
+}
+
+TEST(RankComplexes, PutsTheOneWithFewestOpenFacesFirst) {
+  // Cell 86 and its neighbours lie in the middle of the box.
+  EXPECT_THAT(RankOf({WithoutCells(86, 3), WithoutCells(86, 0), WithoutCells(86, 1)}),
+              ElementsAre(1, 2, 0));
+}
+
+TEST(RankComplexes, KeepsTheOrderOfEquals) {
+  EXPECT_THAT(RankOf({WithoutCells(86, 1), WithoutCells(86, 1), WithoutCells(86, 1)}),
+              ElementsAre(0, 1, 2));
+}
+
+TEST(RankComplexes, PutsAWrongNumberOfCellsLast) {
+  EXPECT_THAT(RankOf({GridComplex({6, 6, 3}), WithoutCells(86, 1)}), ElementsAre(1, 0));
+}
+
+TEST(RankComplexes, StopsWhenAsked) {
+  RunContext run;
+  run.RequestStop();
+  const std::vector<CellComplex> two = {WithoutCells(86, 0), WithoutCells(86, 1)};
+  EXPECT_EQ(RankComplexes(two, BoxOfSix(), run).status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST(DeviationLoss, IsNothingNearTheWantedNumberAndGrowsBeyond) {
+  const Hull hull = BoxOfSix();
+  EXPECT_EQ(DeviationLoss(216, hull), 0);
+  EXPECT_EQ(DeviationLoss(216 * 1.1, hull), 0);
+  EXPECT_GT(DeviationLoss(216 * 1.2, hull), 0);
+  EXPECT_GT(DeviationLoss(216 * 0.7, hull), DeviationLoss(216 * 0.8, hull));
+}
+
+}  // namespace
+}  // namespace amhex
