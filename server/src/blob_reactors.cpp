@@ -1,94 +1,185 @@
 #include "blob_reactors.h"
 
+#include <grpcpp/impl/codegen/proto_utils.h>
+
 #include <utility>
 
+#include "errors.h"
 #include "grpc_status.h"
 #include "request_checks.h"
 #include "status_macros.h"
 
 namespace amhex::server {
+namespace {
 
-WriteBlobReactor::WriteBlobReactor(absl::StatusOr<Caller> caller,
-                                   amhex::v1::WriteBlobResponse* response, JobManager* manager,
-                                   BlockingExecutor* executor)
-    : caller_(std::move(caller)), response_(response), executor_(executor), receiver_(manager) {
-  if (caller_.ok()) {
-    StartRead(&chunk_);
-  } else {
-    Finish(ToGrpc(caller_.status()));
-  }
+// One that is received, one that is stored, one that is hashed, and one that waits.
+constexpr int kMaxChunks = 4;
+
+absl::Status ClientGone() { return absl::CancelledError("the client ended the stream"); }
+
+}  // namespace
+
+WriteBlobReactor::WriteBlobReactor(absl::StatusOr<Caller> caller, grpc::ByteBuffer* response,
+                                   JobManager* manager, BlockingExecutor* executor)
+    : caller_(std::move(caller)),
+      response_(response),
+      receiver_(manager),
+      storing_(executor),
+      hashing_(executor) {
+  if (!caller_.ok()) outcome_ = caller_.status();
+  Settle(std::unique_lock<std::mutex>(mutex_));
 }
 
 void WriteBlobReactor::OnReadDone(bool ok) {
-  if (!ok) {  // the client has sent all it wants to, or is gone
-    Answer(receiver_.begun() ? absl::OkStatus() : CheckBlobRef(chunk_.blob()));
-    return;
-  }
-  executor_->Post([this] {
-    const auto more = Take();
-    if (more.ok() && *more) {
-      StartRead(&chunk_);
+  std::unique_lock<std::mutex> lock(mutex_);
+  reading_ = false;
+  if (!ok) ended_ = true;
+  if (ok && !outcome_) {
+    const auto chunk = std::make_shared<ReceivedChunk>();
+    chunk->buffer.Swap(&incoming_);
+    if (const absl::Status status = ParseChunk(chunk.get()); !status.ok()) {
+      outcome_ = status;
     } else {
-      Answer(more.status());
+      ended_ = chunk->finish;
+      ++chunk_count_;
+      storing_.Post([this, chunk] { Store(chunk); });
     }
-  });
-}
-
-absl::StatusOr<bool> WriteBlobReactor::Take() {
-  if (!receiver_.begun()) {
-    AMHEX_ASSIGN_OR_RETURN(const auto state, receiver_.Begin(*caller_, chunk_.blob()));
-    response_->set_committed_size(state.committed_size);
-    response_->set_complete(state.complete);
-    if (state.complete) return false;
   }
-  AMHEX_RETURN_IF_ERROR(receiver_.Write(chunk_.offset(), chunk_.data()));
-  if (!chunk_.finish()) return true;
-  AMHEX_RETURN_IF_ERROR(receiver_.Finish(*caller_));
-  return false;
+  Settle(std::move(lock));
 }
 
-void WriteBlobReactor::Answer(const absl::Status& status) {
+void WriteBlobReactor::Store(const Chunk& chunk) {
+  if (IsDecided()) return Leave(std::nullopt);
+  absl::Status status;
+  if (!receiver_.begun()) status = Begin(chunk->blob);
+  // What is there already needs nothing of what comes.
+  if (!status.ok() || state_.complete) return Leave(status);
+  status = receiver_.Store(chunk->offset, chunk->data);
+  if (!status.ok()) return Leave(status);
+  hashing_.Post([this, chunk] { Digest(chunk); });
+}
+
+absl::Status WriteBlobReactor::Begin(const amhex::v1::BlobRef& blob) {
+  AMHEX_ASSIGN_OR_RETURN(state_, receiver_.Begin(*caller_, blob));
+  return absl::OkStatus();
+}
+
+void WriteBlobReactor::Digest(const Chunk& chunk) {
+  absl::Status status = receiver_.Digest(chunk->data);
+  if (status.ok() && !chunk->finish) return Leave(std::nullopt);
+  if (status.ok()) status = receiver_.Finish(*caller_);
+  Leave(status);
+}
+
+bool WriteBlobReactor::IsDecided() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return outcome_.has_value();
+}
+
+void WriteBlobReactor::Leave(const std::optional<absl::Status>& outcome) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  --chunk_count_;
+  if (!outcome_) outcome_ = outcome;
+  Settle(std::move(lock));
+}
+
+// Whoever changes the state decides under the same lock what follows: a moment later somebody else
+// may have answered, and this object may be gone.
+void WriteBlobReactor::Settle(std::unique_lock<std::mutex> lock) {
+  while (!answered_ && !starting_read_) {
+    if ((outcome_ || ended_) && chunk_count_ == 0) {
+      answered_ = true;
+      lock.unlock();
+      return Answer();
+    }
+    if (outcome_ || ended_ || reading_ || chunk_count_ >= kMaxChunks) return;
+    reading_ = starting_read_ = true;
+    lock.unlock();
+    StartRead(&incoming_);
+    lock.lock();
+    starting_read_ = false;
+  }
+}
+
+// Nobody else is left: there is no chunk and, but for one that nobody will look at, no read.
+void WriteBlobReactor::Answer() {
+  absl::Status status = outcome_.value_or(absl::OkStatus());
   if (receiver_.begun()) {
-    const auto state = receiver_.End();
-    response_->set_committed_size(state.committed_size);
-    response_->set_complete(state.complete);
+    state_ = receiver_.End();
+  } else if (!outcome_) {
+    status = CheckBlobRef(amhex::v1::BlobRef());  // the stream had no message
   }
+  amhex::v1::WriteBlobResponse response;
+  response.set_committed_size(state_.committed_size);
+  response.set_complete(state_.complete);
+  bool own_buffer = false;
+  grpc::SerializationTraits<amhex::v1::WriteBlobResponse>::Serialize(response, response_,
+                                                                     &own_buffer);
   Finish(ToGrpc(status));
 }
 
-ReadBlobReactor::ReadBlobReactor(absl::StatusOr<Caller> caller,
-                                 const amhex::v1::ReadBlobRequest& request, JobManager* manager,
-                                 BlockingExecutor* executor)
+ReadBlobReactor::ReadBlobReactor(absl::StatusOr<Caller> caller, const grpc::ByteBuffer& request,
+                                 JobManager* manager, BlockingExecutor* executor)
     : sender_(manager), executor_(executor) {
-  executor_->Post([this, caller = std::move(caller), request] {
-    const absl::Status status = caller.ok() ? sender_.Open(*caller, request) : caller.status();
-    if (status.ok()) {
-      SendNext();
-    } else {
-      Finish(ToGrpc(status));
-    }
-  });
+  executor_->Post([this, caller = std::move(caller), request] { Open(caller, request); });
 }
 
-void ReadBlobReactor::SendNext() {
-  if (sender_.done()) {
-    Finish(grpc::Status::OK);
-    return;
+void ReadBlobReactor::Open(const absl::StatusOr<Caller>& caller, grpc::ByteBuffer request) {
+  amhex::v1::ReadBlobRequest read;
+  absl::Status status = caller.status();
+  if (status.ok() &&
+      !grpc::SerializationTraits<amhex::v1::ReadBlobRequest>::Deserialize(&request, &read).ok()) {
+    FieldViolations bad;
+    bad.Add("message", "is no ReadBlobRequest");
+    status = bad.ToStatus();
   }
-  const absl::Status status = sender_.Next(&response_);
-  if (status.ok()) {
-    StartWrite(&response_);
-  } else {
-    Finish(ToGrpc(status));
+  if (status.ok()) status = sender_.Open(*caller, read);
+  if (status.ok()) return Prepare();
+  Finish(ToGrpc(status));
+}
+
+void ReadBlobReactor::Prepare() {
+  std::optional<absl::StatusOr<grpc::ByteBuffer>> frame;
+  if (!sender_.done()) frame = sender_.NextFrame();
+  std::unique_lock<std::mutex> lock(mutex_);
+  preparing_ = false;
+  if (frame && frame->ok()) {
+    ready_ = **std::move(frame);
+  } else if (!outcome_) {
+    outcome_ = frame ? frame->status() : absl::OkStatus();
   }
+  Settle(std::move(lock));
 }
 
 void ReadBlobReactor::OnWriteDone(bool ok) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  writing_ = false;
   if (!ok) {
-    Finish(ToGrpc(absl::CancelledError("the client ended the stream")));
-    return;
+    ready_.reset();
+    outcome_ = ClientGone();
   }
-  executor_->Post([this] { SendNext(); });
+  Settle(std::move(lock));
+}
+
+// After the last of its lines nothing here may be touched: who is told then may end this object.
+void ReadBlobReactor::Settle(std::unique_lock<std::mutex> lock) {
+  if (outcome_ && !outcome_->ok()) ready_.reset();
+  const bool is_sent = !writing_ && ready_;
+  if (is_sent) {
+    sending_ = *std::move(ready_);
+    ready_.reset();
+    writing_ = true;
+  }
+  const bool is_prepared = !ready_ && !preparing_ && !outcome_;
+  if (is_prepared) {
+    preparing_ = true;
+    executor_->Post([this] { Prepare(); });
+  }
+  const bool is_over = outcome_ && !preparing_ && !writing_;
+  const absl::Status status = outcome_.value_or(absl::OkStatus());
+  lock.unlock();
+  if (is_sent) StartWrite(&sending_);
+  if (is_over) Finish(ToGrpc(status));
 }
 
 }  // namespace amhex::server

@@ -3,46 +3,80 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include "amhex/v1/blob_service.pb.h"
+#include <memory>
+#include <mutex>
+#include <optional>
+
 #include "blob_transfer.h"
 #include "blocking_executor.h"
 
 namespace amhex::server {
 
-// Reads a chunk, writes it to disk on the executor, reads the next.
-class WriteBlobReactor final : public grpc::ServerReadReactor<amhex::v1::WriteBlobRequest> {
+// Receives, stores and hashes at the same time, each chunk by chunk in order. A caller who sends
+// faster than that is slowed down by gRPC's flow control: only so many chunks are taken at a time.
+class WriteBlobReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
-  WriteBlobReactor(absl::StatusOr<Caller> caller, amhex::v1::WriteBlobResponse* response,
-                   JobManager* manager, BlockingExecutor* executor);
+  WriteBlobReactor(absl::StatusOr<Caller> caller, grpc::ByteBuffer* response, JobManager* manager,
+                   BlockingExecutor* executor);
   void OnReadDone(bool ok) override;
   void OnDone() override { delete this; }
 
  private:
-  // True while more chunks are wanted.
-  absl::StatusOr<bool> Take();
-  void Answer(const absl::Status& status);
+  using Chunk = std::shared_ptr<ReceivedChunk>;
+
+  // On the executor, each for one chunk at a time.
+  void Store(const Chunk& chunk);
+  void Digest(const Chunk& chunk);
+  absl::Status Begin(const amhex::v1::BlobRef& blob);
+
+  // Nothing more is to be done with one chunk; the stream ends with `outcome` if there is one.
+  void Leave(const std::optional<absl::Status>& outcome);
+  bool IsDecided();
+  // Reads on, or answers, whichever it is time for.
+  void Settle(std::unique_lock<std::mutex> lock);
+  void Answer();
 
   const absl::StatusOr<Caller> caller_;
-  amhex::v1::WriteBlobResponse* const response_;
-  BlockingExecutor* const executor_;
+  grpc::ByteBuffer* const response_;
   BlobReceiver receiver_;
-  amhex::v1::WriteBlobRequest chunk_;
+  JobManager::UploadState state_;
+  Strand storing_;
+  Strand hashing_;
+
+  std::mutex mutex_;
+  grpc::ByteBuffer incoming_;
+  int chunk_count_ = 0;  // taken and not yet stored and hashed
+  bool reading_ = false;
+  bool starting_read_ = false;
+  bool ended_ = false;  // the caller sends no more
+  bool answered_ = false;
+  std::optional<absl::Status> outcome_;
 };
 
-// Reads a chunk from disk on the executor, writes it, reads the next.
-class ReadBlobReactor final : public grpc::ServerWriteReactor<amhex::v1::ReadBlobResponse> {
+// Reads the next chunk from disk while the last one is sent.
+class ReadBlobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
-  ReadBlobReactor(absl::StatusOr<Caller> caller, const amhex::v1::ReadBlobRequest& request,
+  ReadBlobReactor(absl::StatusOr<Caller> caller, const grpc::ByteBuffer& request,
                   JobManager* manager, BlockingExecutor* executor);
   void OnWriteDone(bool ok) override;
   void OnDone() override { delete this; }
 
  private:
-  void SendNext();
+  void Open(const absl::StatusOr<Caller>& caller, grpc::ByteBuffer request);
+  // On the executor: makes the next frame ready.
+  void Prepare();
+  // Sends what is ready once the last frame has gone, prepares the next, or ends.
+  void Settle(std::unique_lock<std::mutex> lock);
 
   BlobSender sender_;
   BlockingExecutor* const executor_;
-  amhex::v1::ReadBlobResponse response_;
+  grpc::ByteBuffer sending_;
+
+  std::mutex mutex_;
+  std::optional<grpc::ByteBuffer> ready_;
+  std::optional<absl::Status> outcome_;  // after what is ready
+  bool preparing_ = true;
+  bool writing_ = false;
 };
 
 }  // namespace amhex::server

@@ -7,8 +7,8 @@
 
 namespace amhex::server {
 
-grpc::ServerReadReactor<amhex::v1::WriteBlobRequest>* BlobService::WriteBlob(
-    grpc::CallbackServerContext* context, amhex::v1::WriteBlobResponse* response) {
+grpc::ServerReadReactor<grpc::ByteBuffer>* BlobService::WriteBlob(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
   return new WriteBlobReactor(authenticator_->Identify(*context, {Role::kSubmit}), response,
                               manager_, executor_);
 }
@@ -32,8 +32,8 @@ grpc::ServerUnaryReactor* BlobService::QueryWriteStatus(
   return reactor;
 }
 
-grpc::ServerWriteReactor<amhex::v1::ReadBlobResponse>* BlobService::ReadBlob(
-    grpc::CallbackServerContext* context, const amhex::v1::ReadBlobRequest* request) {
+grpc::ServerWriteReactor<grpc::ByteBuffer>* BlobService::ReadBlob(
+    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return new ReadBlobReactor(authenticator_->Identify(*context, {Role::kRead, Role::kReadAll}),
                              *request, manager_, executor_);
 }

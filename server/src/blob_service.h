@@ -10,19 +10,25 @@
 
 namespace amhex::server {
 
-class BlobService final : public amhex::v1::Blobs::CallbackService {
+// The two calls that carry bytes see messages as they are on the wire (blob_frames.h).
+using BlobCallbacks = amhex::v1::Blobs::WithRawCallbackMethod_WriteBlob<
+    amhex::v1::Blobs::WithRawCallbackMethod_ReadBlob<
+        amhex::v1::Blobs::WithCallbackMethod_QueryWriteStatus<
+            amhex::v1::Blobs::WithCallbackMethod_FindMissingBlobs<amhex::v1::Blobs::Service>>>>;
+
+class BlobService final : public BlobCallbacks {
  public:
   // All must outlive the gRPC server.
   BlobService(JobManager* manager, Authenticator* authenticator, BlockingExecutor* executor)
       : manager_(manager), authenticator_(authenticator), executor_(executor) {}
 
-  grpc::ServerReadReactor<amhex::v1::WriteBlobRequest>* WriteBlob(
-      grpc::CallbackServerContext* context, amhex::v1::WriteBlobResponse* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* WriteBlob(grpc::CallbackServerContext* context,
+                                                       grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* QueryWriteStatus(
       grpc::CallbackServerContext* context, const amhex::v1::QueryWriteStatusRequest* request,
       amhex::v1::QueryWriteStatusResponse* response) override;
-  grpc::ServerWriteReactor<amhex::v1::ReadBlobResponse>* ReadBlob(
-      grpc::CallbackServerContext* context, const amhex::v1::ReadBlobRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* ReadBlob(grpc::CallbackServerContext* context,
+                                                       const grpc::ByteBuffer* request) override;
   grpc::ServerUnaryReactor* FindMissingBlobs(
       grpc::CallbackServerContext* context, const amhex::v1::FindMissingBlobsRequest* request,
       amhex::v1::FindMissingBlobsResponse* response) override;

@@ -16,6 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kHashBlockBytes = 1 << 20;
+// Enough for a disk to work well.
+constexpr int64_t kWritebackBytes = 8 << 20;
 constexpr absl::Duration kUploadRetryDelay = absl::Seconds(2);
 
 // Hashes the first `size` bytes of an open file.
@@ -83,7 +85,6 @@ struct BlobUpload::Partial {
   std::string key;
   amhex::v1::BlobRef blob;
   UniqueFd fd;
-  Sha256 hash;
   int64_t committed_size = 0;
   int64_t session = 0;  // of the stream that may write
   bool done = false;
@@ -91,7 +92,7 @@ struct BlobUpload::Partial {
 
 BlobUpload::BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session)
     : store_(store), partial_(std::move(partial)), session_(session) {
-  committed_size_ = partial_->committed_size;
+  committed_size_ = writeback_begin_ = unhashed_prefix_ = partial_->committed_size;
 }
 
 BlobUpload::~BlobUpload() {
@@ -105,8 +106,25 @@ BlobUpload::~BlobUpload() {
 }
 
 absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
+  const BytePieces pieces{{static_cast<const char*>(data), size}};
+  if (auto status = Store(offset, pieces); !status.ok()) return status;
+  return Digest(pieces);
+}
+
+absl::Status BlobUpload::Digest(const BytePieces& pieces) {
+  if (unhashed_prefix_ > 0) {
+    auto status = HashPrefix(partial_->fd.get(), unhashed_prefix_, &hash_);
+    if (!status.ok()) return status;
+    unhashed_prefix_ = 0;
+  }
+  for (const std::string_view piece : pieces) hash_.Update(piece.data(), piece.size());
+  return absl::OkStatus();
+}
+
+absl::Status BlobUpload::Store(int64_t offset, const BytePieces& pieces) {
   if (complete_) return absl::OkStatus();
-  const auto more = static_cast<int64_t>(size);
+  int64_t more = 0;
+  for (const std::string_view piece : pieces) more += static_cast<int64_t>(piece.size());
   if (auto status = store_->CheckRoom(more); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(partial_->mutex);
   if (partial_->session != session_ || partial_->done) return Superseded();
@@ -121,22 +139,25 @@ absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
     bad.Add("data", "goes beyond blob.size_bytes, " + std::to_string(partial_->blob.size_bytes()));
     return bad.ToStatus();
   }
-  if (auto status = WriteAllAt(partial_->fd.get(), data, size, offset); !status.ok()) {
+  if (auto status = WritePiecesAt(partial_->fd.get(), pieces, offset); !status.ok()) {
     // What did get written is not counted, and on a full disk its room is wanted.
     if (ftruncate(partial_->fd.get(), offset) != 0) return FileError("cannot cut an upload", errno);
     return status;
   }
-  partial_->hash.Update(data, size);
   partial_->committed_size += more;
   committed_size_ = partial_->committed_size;
   store_->uploading_bytes_ += more;
+  if (committed_size_ - writeback_begin_ >= kWritebackBytes) {
+    StartWriteback(partial_->fd.get(), writeback_begin_, committed_size_ - writeback_begin_);
+    writeback_begin_ = committed_size_;
+  }
   return absl::OkStatus();
 }
 
 absl::Status BlobUpload::Finish() {
   if (complete_) return absl::OkStatus();
   const std::string& name = partial_->blob.sha256();
-  std::string digest;
+  if (auto status = Digest({}); !status.ok()) return status;
   {
     std::lock_guard<std::mutex> lock(partial_->mutex);
     if (partial_->session != session_ || partial_->done) return Superseded();
@@ -147,8 +168,8 @@ absl::Status BlobUpload::Finish() {
       return bad.ToStatus();
     }
     partial_->done = true;
-    digest = partial_->hash.HexDigest();
   }
+  const std::string digest = hash_.HexDigest();
   if (digest != name) {
     store_->Drop(partial_->key, partial_->committed_size);
     return MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::DIGEST_MISMATCH,
@@ -283,9 +304,6 @@ absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartia
     if (ftruncate(partial->fd.get(), 0) != 0) return FileError("cannot restart an upload", errno);
     uploading_bytes_ -= *size;
     *size = 0;
-  }
-  if (auto status = HashPrefix(partial->fd.get(), *size, &partial->hash); !status.ok()) {
-    return status;
   }
   partial->committed_size = *size;
   partials_[key] = partial;

@@ -14,6 +14,8 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -27,7 +29,11 @@ namespace amhex::server {
 
 class BlobStore;
 
-// One stream that writes one blob. Thread-compatible.
+// Bytes that lie in several places.
+using BytePieces = std::vector<std::string_view>;
+
+// One stream that writes one blob. Thread-compatible, but for Digest, which may run beside Store:
+// storing and hashing cost about the same.
 class BlobUpload {
  public:
   ~BlobUpload();
@@ -38,9 +44,14 @@ class BlobUpload {
 
   // Adds bytes at `offset`. OUT_OF_RANGE WRONG_OFFSET, ABORTED UPLOAD_SUPERSEDED, INVALID_ARGUMENT
   // (beyond the announced size), RESOURCE_EXHAUSTED STORAGE_FULL.
+  absl::Status Store(int64_t offset, const BytePieces& pieces);
+  // Hashes what has been stored; each time once, in the same order.
+  absl::Status Digest(const BytePieces& pieces);
+  // Both.
   absl::Status Write(int64_t offset, const void* data, size_t size);
 
-  // Checks size and digest and publishes the blob. INVALID_ARGUMENT DIGEST_MISMATCH drops it.
+  // After all is stored and hashed: checks size and digest and publishes the blob. INVALID_ARGUMENT
+  // DIGEST_MISMATCH drops it.
   absl::Status Finish();
 
  private:
@@ -52,7 +63,11 @@ class BlobUpload {
   const std::shared_ptr<Partial> partial_;
   int64_t session_ = 0;
   int64_t committed_size_ = 0;
+  int64_t writeback_begin_ = 0;
   bool complete_ = false;
+  // Of other streams' bytes, `unhashed_prefix_` of them, nobody has kept the hash's state.
+  int64_t unhashed_prefix_ = 0;
+  Sha256 hash_;
 };
 
 // Thread-safe.

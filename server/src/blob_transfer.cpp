@@ -18,11 +18,20 @@ absl::StatusOr<JobManager::UploadState> BlobReceiver::Begin(const Caller& caller
   return JobManager::UploadState{upload_->committed_size(), false};
 }
 
-absl::Status BlobReceiver::Write(int64_t offset, const std::string& data) {
-  if (data.empty()) return absl::OkStatus();
-  AMHEX_RETURN_IF_ERROR(upload_->Write(offset, data.data(), data.size()));
-  manager_->metrics().BlobBytes("in").Increment(static_cast<double>(data.size()));
+absl::Status BlobReceiver::Store(int64_t offset, const BytePieces& pieces) {
+  size_t size = 0;
+  for (const std::string_view piece : pieces) size += piece.size();
+  if (size == 0) return absl::OkStatus();
+  AMHEX_RETURN_IF_ERROR(upload_->Store(offset, pieces));
+  manager_->metrics().BlobBytes("in").Increment(static_cast<double>(size));
   return absl::OkStatus();
+}
+
+absl::Status BlobReceiver::Digest(const BytePieces& pieces) { return upload_->Digest(pieces); }
+
+absl::Status BlobReceiver::Write(int64_t offset, const std::string& data) {
+  AMHEX_RETURN_IF_ERROR(Store(offset, {data}));
+  return Digest({data});
 }
 
 absl::Status BlobReceiver::Finish(const Caller& caller) {
@@ -53,14 +62,30 @@ absl::Status BlobSender::Open(const Caller& caller, const amhex::v1::ReadBlobReq
   return absl::OkStatus();
 }
 
-absl::Status BlobSender::Next(amhex::v1::ReadBlobResponse* chunk) {
-  const auto size = static_cast<size_t>(std::min(chunk_bytes_, end_ - position_));
+size_t BlobSender::Describe(amhex::v1::ReadBlobResponse* chunk) {
   chunk->set_offset(position_);
   chunk->set_blob_size_bytes(is_first_ ? blob_size_ : 0);
   is_first_ = false;
+  return static_cast<size_t>(std::min(chunk_bytes_, end_ - position_));
+}
+
+absl::Status BlobSender::Next(amhex::v1::ReadBlobResponse* chunk) {
+  const size_t size = Describe(chunk);
   chunk->mutable_data()->resize(size);
-  AMHEX_ASSIGN_OR_RETURN(const size_t got,
-                         ReadAt(file_.get(), chunk->mutable_data()->data(), size, position_));
+  return ReadBytes(chunk->mutable_data()->data(), size);
+}
+
+absl::StatusOr<grpc::ByteBuffer> BlobSender::NextFrame() {
+  amhex::v1::ReadBlobResponse fields;
+  const size_t size = Describe(&fields);
+  const grpc::Slice room = MakeRoom(size);
+  // Nobody else sees the slice yet.
+  AMHEX_RETURN_IF_ERROR(ReadBytes(const_cast<uint8_t*>(room.begin()), size));
+  return FrameChunk(fields, room);
+}
+
+absl::Status BlobSender::ReadBytes(void* data, size_t size) {
+  AMHEX_ASSIGN_OR_RETURN(const size_t got, ReadAt(file_.get(), data, size, position_));
   if (got != size) {
     return MakeError(absl::StatusCode::kDataLoss, amhex::v1::BLOB_CORRUPT,
                      "the stored blob is shorter than it was");

@@ -6,13 +6,15 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "amhex/v1/blob_service.pb.h"
+#include "blob_frames.h"
 #include "caller.h"
 #include "files.h"
 #include "job_manager.h"
 
 namespace amhex::server {
 
-// Bytes of one blob that come from a caller. Thread-compatible; blocks for the disk.
+// Bytes of one blob that come from a caller. Thread-compatible, but for Digest, which may run
+// beside Store; blocks for the disk.
 class BlobReceiver {
  public:
   explicit BlobReceiver(JobManager* manager) : manager_(manager) {}
@@ -22,6 +24,9 @@ class BlobReceiver {
                                                 const amhex::v1::BlobRef& blob);
   bool begun() const { return upload_ != nullptr; }
 
+  // As BlobUpload.
+  absl::Status Store(int64_t offset, const BytePieces& pieces);
+  absl::Status Digest(const BytePieces& pieces);
   absl::Status Write(int64_t offset, const std::string& data);
   // All bytes have come.
   absl::Status Finish(const Caller& caller);
@@ -47,8 +52,14 @@ class BlobSender {
   bool done() const { return position_ >= end_ && !is_first_; }
   // The next chunk. DATA_LOSS BLOB_CORRUPT.
   absl::Status Next(amhex::v1::ReadBlobResponse* chunk);
+  // The same as it goes over the wire.
+  absl::StatusOr<grpc::ByteBuffer> NextFrame();
 
  private:
+  // All fields but the bytes; how many of those there are.
+  size_t Describe(amhex::v1::ReadBlobResponse* chunk);
+  absl::Status ReadBytes(void* data, size_t size);
+
   JobManager* const manager_;
   UniqueFd file_;
   int64_t position_ = 0;

@@ -38,4 +38,31 @@ void BlockingExecutor::Loop() {
   }
 }
 
+void Strand::Post(std::function<void()> task) {
+  {
+    std::lock_guard<std::mutex> lock(state_->mutex);
+    state_->tasks.push_back(std::move(task));
+    if (state_->running) return;
+    state_->running = true;
+  }
+  state_->executor->Post([state = state_] { RunNext(state); });
+}
+
+// One task, then back into the executor's queue, so that others get their turn.
+void Strand::RunNext(const std::shared_ptr<State>& state) {
+  std::function<void()> task;
+  {
+    std::lock_guard<std::mutex> lock(state->mutex);
+    task = std::move(state->tasks.front());
+    state->tasks.pop_front();
+  }
+  task();
+  {
+    std::lock_guard<std::mutex> lock(state->mutex);
+    state->running = !state->tasks.empty();
+    if (!state->running) return;
+  }
+  state->executor->Post([state] { RunNext(state); });
+}
+
 }  // namespace amhex::server

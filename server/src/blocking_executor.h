@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -27,6 +28,28 @@ class BlockingExecutor {
   std::deque<std::function<void()>> tasks_;
   bool stopping_ = false;
   std::vector<std::thread> threads_;
+};
+
+// Tasks that run on an executor's threads one after the other, in the order of posting.
+// Thread-safe. May end before its tasks have; the executor must not.
+class Strand {
+ public:
+  explicit Strand(BlockingExecutor* executor) : state_(std::make_shared<State>()) {
+    state_->executor = executor;
+  }
+
+  void Post(std::function<void()> task);
+
+ private:
+  struct State {
+    BlockingExecutor* executor = nullptr;
+    std::mutex mutex;
+    std::deque<std::function<void()>> tasks;
+    bool running = false;
+  };
+  static void RunNext(const std::shared_ptr<State>& state);
+
+  const std::shared_ptr<State> state_;
 };
 
 }  // namespace amhex::server

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -40,6 +42,8 @@ absl::Status FileError(const std::string& what, int error_number);
 
 absl::StatusOr<UniqueFd> OpenFile(const std::string& path, int flags, mode_t mode = 0600);
 absl::Status WriteAllAt(int fd, const void* data, size_t size, int64_t offset);
+// The same for bytes in pieces, one after the other.
+absl::Status WritePiecesAt(int fd, const std::vector<std::string_view>& pieces, int64_t offset);
 // Bytes read; fewer than `size` only at the file's end.
 absl::StatusOr<size_t> ReadAt(int fd, void* data, size_t size, int64_t offset);
 absl::StatusOr<int64_t> FileSize(int fd);
@@ -48,6 +52,8 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path);
 // Makes `path` and its parents; OK if they exist.
 absl::Status MakeFolders(const std::string& path);
 absl::Status SyncFile(int fd);
+// Lets the disk begin with a part of a file, so that SyncFile finds less to do. A hint only.
+void StartWriteback(int fd, int64_t offset, int64_t size);
 // Renames within one file system and makes the new entry durable.
 absl::Status RenameDurably(const std::string& from, const std::string& to);
 // Writes a small file so that readers see all of it or nothing.

@@ -4,17 +4,23 @@
 //   first_frame from SubmitJob's start to the first frame of WatchJob's
 //   cycles      jobs from submission to their end, one after the other, per second
 //   cancel      from CancelJob's start to the job's end, for a worker that does not listen
+//   watcher     CPU time that one watcher costs server and client, in percent of the job's time
+//   overhead    what submission, watching and storing a result add to a job of ten seconds
 //   transfer    upload and download of blobs over TCP, a unix socket and TLS, beside a bare gRPC
-//               stream of the same bytes in the same process ("raw"), in GB/s
+//               stream of the same messages over the same way in the same process ("raw"); and
+//               what an upload cannot do without: hashing, writing, waiting for the disk
 //
 // Workers follow scripts, so that nothing but the service is measured. Usage:
-// service_benchmark [MEBIBYTES]
+// service_benchmark [MEBIBYTES [FOLDER]], FOLDER being where the server keeps its data
+#include <fcntl.h>
 #include <grpcpp/grpcpp.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -153,12 +159,74 @@ std::string MeasureCancel(const Stubs& stubs) {
   return Percentiles("cancel", std::move(times));
 }
 
-double GigabytesPerSecond(size_t bytes, absl::Time start) {
-  return 1e-9 * static_cast<double>(bytes) / absl::ToDoubleSeconds(absl::Now() - start);
+// CPU seconds of this process, all threads, so far.
+double CpuSeconds() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return absl::ToDoubleSeconds(absl::DurationFromTimeval(usage.ru_utime) +
+                               absl::DurationFromTimeval(usage.ru_stime));
 }
 
-double Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std::string& sha256) {
+// What the server adds to a job of ten seconds with a result of 20 MB, as a share of it.
+std::string MeasureOverhead(const Stubs& stubs) {
+  constexpr double kSeconds = 10;
   const absl::Time start = absl::Now();
+  const Job job = Submit(stubs, "progress 1; sleep 10000; large 20000000;");
+  WatchUntil(stubs, job.name(), IsEnd);
+  const double seconds = absl::ToDoubleSeconds(absl::Now() - start);
+  return absl::StrCat("\"overhead_percent\":", 100 * (seconds / kSeconds - 1));
+}
+
+// CPU time of server and client together for one watcher of a job that reports twenty times a
+// second, in percent of the job's time.
+std::string MeasureWatching(const Stubs& stubs) {
+  constexpr int kFrames = 100;
+  constexpr int kWatchers = 20;
+  std::string script;
+  for (int i = 0; i < kFrames; ++i) absl::StrAppend(&script, "progress ", i, "; sleep 50;");
+  const auto percent_with = [&](int watcher_count) {
+    const Job job = Submit(stubs, absl::StrCat(script, "succeed ", watcher_count, ";"));
+    const absl::Time start = absl::Now();
+    const double cpu = CpuSeconds();
+    std::vector<std::thread> watchers;
+    for (int i = 0; i < watcher_count; ++i) {
+      watchers.emplace_back([&] { WatchUntil(stubs, job.name(), IsEnd); });
+    }
+    for (std::thread& watcher : watchers) watcher.join();
+    return 100 * (CpuSeconds() - cpu) / absl::ToDoubleSeconds(absl::Now() - start);
+  };
+  const double one = percent_with(1);
+  const double many = percent_with(kWatchers);
+  return absl::StrCat("\"watcher_percent\":", (many - one) / (kWatchers - 1));
+}
+
+// What moving some bytes has cost. CPU time is that of both ends; other load on the machine
+// lengthens the wall clock's time, hardly the CPU's.
+struct Cost {
+  double gigabytes_per_second = 0;
+  double cpu_seconds_per_gigabyte = 0;
+};
+
+class Stopwatch {
+ public:
+  Cost After(size_t bytes) const {
+    const double gigabytes = 1e-9 * static_cast<double>(bytes);
+    return {gigabytes / absl::ToDoubleSeconds(absl::Now() - start_),
+            (CpuSeconds() - cpu_) / gigabytes};
+  }
+
+ private:
+  const absl::Time start_ = absl::Now();
+  const double cpu_ = CpuSeconds();
+};
+
+std::string ToJson(const std::string& name, const Cost& cost) {
+  return absl::StrCat("\"", name, "\":{\"gb_per_s\":", cost.gigabytes_per_second,
+                      ",\"cpu_s_per_gb\":", cost.cpu_seconds_per_gigabyte, "}");
+}
+
+Cost Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std::string& sha256) {
+  const Stopwatch watch;
   grpc::ClientContext context;
   amhex::v1::WriteBlobResponse response;
   const auto stream = blobs->WriteBlob(&context, &response);
@@ -173,11 +241,11 @@ double Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std
   }
   stream->WritesDone();
   Check(stream->Finish());
-  return GigabytesPerSecond(bytes.size(), start);
+  return watch.After(bytes.size());
 }
 
-double Download(amhex::v1::Blobs::Stub* blobs, const std::string& sha256) {
-  const absl::Time start = absl::Now();
+Cost Download(amhex::v1::Blobs::Stub* blobs, const std::string& sha256) {
+  const Stopwatch watch;
   grpc::ClientContext context;
   amhex::v1::ReadBlobRequest request;
   request.mutable_blob()->set_sha256(sha256);
@@ -185,7 +253,7 @@ double Download(amhex::v1::Blobs::Stub* blobs, const std::string& sha256) {
   size_t total = 0;
   for (amhex::v1::ReadBlobResponse chunk; stream->Read(&chunk);) total += chunk.data().size();
   Check(stream->Finish());
-  return GigabytesPerSecond(total, start);
+  return watch.After(total);
 }
 
 // Takes and gives the same messages, keeps nothing.
@@ -215,30 +283,76 @@ class RawBlobs final : public amhex::v1::Blobs::Service {
   const std::string& bytes_;
 };
 
-std::string MeasureTransfer(const std::string& name, const std::string& address,
-                            const std::shared_ptr<grpc::ChannelCredentials>& credentials,
-                            std::string bytes) {
-  bytes.replace(0, name.size(), name);  // so that each way uploads a blob of its own
+// One way between client and server.
+struct Way {
+  std::string name;
+  std::string address;      // of the service
+  std::string raw_address;  // to listen on; ends with ":0" where a port is to be found
+  std::shared_ptr<grpc::ServerCredentials> server;
+  std::shared_ptr<grpc::ChannelCredentials> client;
+};
+
+std::string MeasureTransfer(const Way& way, std::string bytes) {
+  // Each way uploads a blob of its own.
+  bytes.replace(0, way.name.size(), way.name);
   const std::string sha256 = Sha256Hex(bytes);
-  const Stubs stubs = Connect(address, credentials);
   RawBlobs raw(bytes);
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(way.raw_address, way.server, &port);
   builder.RegisterService(&raw);
   const auto raw_server = builder.BuildAndStart();
-  const Stubs bare = Connect(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials());
+  const bool is_unix = way.raw_address.rfind("unix:", 0) == 0;
+  const Stubs bare =
+      Connect(is_unix ? way.raw_address : absl::StrCat("127.0.0.1:", port), way.client);
+  const Stubs stubs = Connect(way.address, way.client);
   Upload(bare.blobs.get(), bytes, sha256);  // warms up
-  const double raw_up = Upload(bare.blobs.get(), bytes, sha256);
-  const double up = Upload(stubs.blobs.get(), bytes, sha256);
-  const double raw_down = Download(bare.blobs.get(), sha256);
-  const double down = Download(stubs.blobs.get(), sha256);
+  const Cost raw_up = Upload(bare.blobs.get(), bytes, sha256);
+  const Cost up = Upload(stubs.blobs.get(), bytes, sha256);
+  const Cost raw_down = Download(bare.blobs.get(), sha256);
+  const Cost down = Download(stubs.blobs.get(), sha256);
   raw_server->Shutdown();
-  return absl::StrCat("\"", name, "\":{\"upload\":", up, ",\"raw_upload\":", raw_up,
-                      ",\"download\":", down, ",\"raw_download\":", raw_down, "}");
+  return absl::StrCat("\"", way.name, "\":{", ToJson("upload", up), ",",
+                      ToJson("raw_upload", raw_up), ",", ToJson("download", down), ",",
+                      ToJson("raw_download", raw_down), "}");
 }
 
-int Main(size_t blob_bytes) {
+// What an upload cannot do without: hashing the bytes, writing them to a file, and waiting until
+// they are on the disk.
+std::string MeasureFloors(const std::string& folder, const std::string& bytes) {
+  const Stopwatch hashing;
+  Sha256Hex(bytes);
+  const Cost hash = hashing.After(bytes.size());
+  const auto file = OpenFile(folder + "/floor", O_WRONLY | O_CREAT);
+  if (!file.ok()) Die("no file can be made");
+  const Stopwatch writing;
+  const absl::Status written = WriteAllAt(file->get(), bytes.data(), bytes.size(), 0);
+  const Cost write = writing.After(bytes.size());
+  if (!written.ok() || !SyncFile(file->get()).ok()) Die("no file can be written");
+  const Cost durable = writing.After(bytes.size());
+  return absl::StrCat(ToJson("hash", hash), ",", ToJson("write", write), ",",
+                      ToJson("write_and_sync", durable));
+}
+
+std::string MeasureTransfers(const std::string& folder, size_t blob_bytes, Server* plain,
+                             Server* secure, const TestAuthority& authority, const PemPair& pair) {
+  const std::string bytes(blob_bytes, 'x');
+  const auto insecure = grpc::InsecureChannelCredentials();
+  grpc::SslServerCredentialsOptions tls;
+  tls.pem_key_cert_pairs.push_back({pair.key, pair.certificate});
+  const Way ways[] = {
+      {"tcp", plain->addresses()[0], "127.0.0.1:0", grpc::InsecureServerCredentials(), insecure},
+      {"unix", plain->addresses()[1], "unix:" + folder + "/raw", grpc::InsecureServerCredentials(),
+       insecure},
+      {"tls", secure->addresses()[0], "127.0.0.1:0", grpc::SslServerCredentials(tls),
+       grpc::SslCredentials({authority.certificate(), "", ""})}};
+  std::string all = MeasureFloors(folder, bytes);
+  for (const Way& way : ways) absl::StrAppend(&all, ",", MeasureTransfer(way, bytes));
+  return absl::StrCat("\"transfer\":{", all, "}");
+}
+
+int Main(size_t blob_bytes, const std::string& parent) {
+  if (!parent.empty()) setenv("TMPDIR", parent.c_str(), 1);
   SetUpLogging("error", "text").IgnoreError();
   TemporaryFolder folder;
   TestAuthority authority;
@@ -258,19 +372,16 @@ int Main(size_t blob_bytes) {
   options.tls.key = folder / "key";
   auto secure = Server::Create(options);
   if (!plain.ok() || !secure.ok()) Die("a server did not start");
-  const auto insecure = grpc::InsecureChannelCredentials();
-  const Stubs stubs = Connect((*plain)->addresses()[0], insecure);
-  const std::string bytes(blob_bytes, 'x');
+  const Stubs stubs = Connect((*plain)->addresses()[0], grpc::InsecureChannelCredentials());
   std::cout << "{" << MeasureControl(stubs) << "," << std::flush;
   std::cout << MeasureFirstFrame(stubs) << "," << std::flush;
   std::cout << MeasureCycles(stubs) << "," << std::flush;
   std::cout << MeasureCancel(stubs) << "," << std::flush;
-  std::cout << "\"transfer_gb_per_second\":{"
-            << MeasureTransfer("tcp", (*plain)->addresses()[0], insecure, bytes) << ","
-            << MeasureTransfer("unix", (*plain)->addresses()[1], insecure, bytes) << ","
-            << MeasureTransfer("tls", (*secure)->addresses()[0],
-                               grpc::SslCredentials({authority.certificate(), "", ""}), bytes)
-            << "}}\n";
+  std::cout << MeasureWatching(stubs) << "," << std::flush;
+  std::cout << MeasureOverhead(stubs) << "," << std::flush;
+  std::cout << MeasureTransfers(folder.path(), blob_bytes, plain->get(), secure->get(), authority,
+                                pair)
+            << "}\n";
   return EXIT_SUCCESS;
 }
 
@@ -280,5 +391,5 @@ int Main(size_t blob_bytes) {
 int main(int argc, char** argv) {
   constexpr size_t kDefaultMebibytes = 256;
   const size_t mebibytes = argc > 1 ? std::stoul(argv[1]) : kDefaultMebibytes;
-  return amhex::server::Main(mebibytes << 20);
+  return amhex::server::Main(mebibytes << 20, argc > 2 ? argv[2] : "");
 }

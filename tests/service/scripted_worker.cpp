@@ -14,6 +14,7 @@
 //   until PATH        waits, like sleep, until the file PATH exists
 //   fail              ends the job with an error
 //   large BYTES       writes so many bytes as the result; ends the job as the worker does then
+//   hollow BYTES      the same with zeros that take no room on disk
 //   succeed TEXT      writes TEXT as the result and ends the job
 #include <fcntl.h>
 #include <signal.h>
@@ -98,6 +99,7 @@ class ScriptedWorker {
     if (verb == "touch") std::ofstream(argument, std::ios::app) << "here\n";
     if (verb == "fail") Fail("as the script says");
     if (verb == "large") Large(std::stoul(argument));
+    if (verb == "hollow") Hollow(std::stol(argument));
     if (verb == "succeed") Succeed(argument);
   }
 
@@ -161,9 +163,16 @@ class ScriptedWorker {
   void Large(size_t size) {
     auto fd = OpenFile(order_.output_path(), O_WRONLY | O_CREAT);
     const std::string bytes(size, 'x');
-    absl::Status status =
-        fd.ok() ? WriteAllAt(fd->get(), bytes.data(), bytes.size(), 0) : fd.status();
-    if (fd.ok()) fd->Reset();
+    FinishFile(fd.ok() ? WriteAllAt(fd->get(), bytes.data(), bytes.size(), 0) : fd.status());
+  }
+
+  void Hollow(int64_t size) {
+    auto fd = OpenFile(order_.output_path(), O_WRONLY | O_CREAT);
+    if (fd.ok() && ftruncate(fd->get(), size) != 0) fd = FileError("cannot extend a file", errno);
+    FinishFile(fd.status());
+  }
+
+  void FinishFile(const absl::Status& status) {
     if (!status.ok()) return Finish(status);
     finished_ = true;
     FromWorker news;
