@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "errors.h"
+#include "status_macros.h"
 
 namespace amhex::server {
 namespace {
@@ -324,18 +325,17 @@ absl::StatusOr<UniqueFd> BlobStore::OpenForRead(const std::string& sha256) const
 }
 
 absl::StatusOr<amhex::v1::BlobRef> BlobStore::Adopt(const std::string& work_path) {
-  auto fd = OpenFile(work_path, O_RDONLY);
-  if (!fd.ok()) return fd.status();
-  auto size = FileSize(fd->get());
-  if (!size.ok()) return size.status();
-  if (auto status = CheckRoom(*size); !status.ok()) return status;
+  AMHEX_ASSIGN_OR_RETURN(const UniqueFd fd, OpenFile(work_path, O_RDONLY));
+  AMHEX_ASSIGN_OR_RETURN(const int64_t size, FileSize(fd.get()));
+  AMHEX_RETURN_IF_ERROR(CheckRoom(size));
+  StartWriteback(fd.get(), 0, size);  // the disk works while the bytes are hashed
   Sha256 hash;
-  if (auto status = HashPrefix(fd->get(), *size, &hash); !status.ok()) return status;
-  if (auto status = SyncFile(fd->get()); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(HashPrefix(fd.get(), size, &hash));
+  AMHEX_RETURN_IF_ERROR(SyncFile(fd.get()));
   amhex::v1::BlobRef blob;
   blob.set_sha256(hash.HexDigest());
-  blob.set_size_bytes(*size);
-  if (auto status = Publish(work_path, blob.sha256(), *size); !status.ok()) return status;
+  blob.set_size_bytes(size);
+  AMHEX_RETURN_IF_ERROR(Publish(work_path, blob.sha256(), size));
   return blob;
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "grpc_status.h"
 #include "mesh_reactor.h"
 #include "request_checks.h"
@@ -15,15 +16,24 @@ using amhex::v1::Job;
 
 namespace {
 
-// W3C: version-traceid-parentid-flags, 55 bytes in version 00. Anything else is not carried.
+// W3C Trace Context 3.2: version-traceid-parentid-flags, 55 bytes in version 00; no id is all
+// zeros, ff is no version. Anything else is not carried.
 std::string TraceParentOf(const grpc::CallbackServerContext& context) {
-  constexpr size_t kLength = 55;
+  constexpr std::string_view kLayout = "hh-hhhhhhhhhhhhhhhhhhhhhhhhhhhhhhhh-hhhhhhhhhhhhhhhh-hh";
+  constexpr size_t kTraceBegin = 3;
+  constexpr size_t kParentBegin = 36;
   const auto header = context.client_metadata().find("traceparent");
   if (header == context.client_metadata().end()) return "";
   const std::string value(header->second.data(), header->second.size());
-  const bool plausible =
-      value.size() == kLength && value.find_first_not_of("0123456789abcdef-") == std::string::npos;
-  return plausible ? value : "";
+  if (value.size() != kLayout.size()) return "";
+  for (size_t i = 0; i < value.size(); ++i) {
+    const bool is_digit = absl::ascii_isdigit(static_cast<unsigned char>(value[i])) ||
+                          (value[i] >= 'a' && value[i] <= 'f');
+    if (kLayout[i] == '-' ? value[i] != '-' : !is_digit) return "";
+  }
+  const bool any_trace = value.find_first_not_of('0', kTraceBegin) < kParentBegin - 1;
+  const bool any_parent = value.find_first_not_of('0', kParentBegin) < kLayout.size() - 3;
+  return any_trace && any_parent && value.compare(0, 2, "ff") != 0 ? value : "";
 }
 
 }  // namespace

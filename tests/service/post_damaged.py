@@ -2,13 +2,14 @@
 """Posts inputs and damaged versions of them to a real server with the real client; each must end in a
 mesh or in a clear error, and the server must be as good as new afterwards.
 
-    tests/service/post_damaged.py AMHEX AMHEXD               shapes made here
-    tests/service/post_damaged.py AMHEX AMHEXD FOLDER        the models in a folder
+    tests/service/post_damaged.py AMHEX AMHEXD               the models in the folder $AMHEX_MODELS, else shapes made here
+    tests/service/post_damaged.py AMHEX AMHEXD FOLDER...     the models in folders, or single models
 
-Exit status: 0 all as it must be, 1 not, 77 skipped because the folder is not there.
+Exit status: 0 all as it must be, 1 not, 77 skipped because a folder is not there.
 """
 import concurrent.futures
 import math
+import os
 import pathlib
 import random
 import re
@@ -129,16 +130,20 @@ def post(amhex, server, folder, case):
 
 
 def main():
-    if len(sys.argv) not in (3, 4):
+    if len(sys.argv) < 3:
         sys.exit(__doc__)
     amhex, amhexd = sys.argv[1:3]
-    may_refuse_whole = len(sys.argv) == 4
+    places = [pathlib.Path(place) for place in sys.argv[3:]]
+    if not places and os.environ.get("AMHEX_MODELS"):
+        places = [pathlib.Path(os.environ["AMHEX_MODELS"])]
+    may_refuse_whole = bool(places)
     if may_refuse_whole:
-        models = pathlib.Path(sys.argv[3])
-        if not models.is_dir():
-            print("skipped: %s is no folder" % models)
+        missing = [str(place) for place in places if not place.exists()]
+        if missing:
+            print("skipped: not there: " + ", ".join(missing))
             return 77
-        inputs = {path.name: path.read_bytes() for path in sorted(models.iterdir()) if path.suffix in SUFFIXES}
+        paths = [p for place in places for p in (sorted(place.iterdir()) if place.is_dir() else [place])]
+        inputs = {path.name: path.read_bytes() for path in paths if path.suffix in SUFFIXES}
     else:
         inputs = shapes()
     cases = [(name, what, data) for name, whole in inputs.items() for what, data in damaged(name, whole)]
@@ -148,6 +153,8 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             for case, (problem, status) in zip(cases, pool.map(lambda c: post(amhex, server, folder, c), cases)):
                 counts[status] = counts.get(status, 0) + 1
+                if may_refuse_whole and case[1] == "whole" and status != GOOD:
+                    print("whole and refused: %s" % problem)
                 # A folder may hold what is no solid; then the error must be clear, which was looked at.
                 if problem and not (may_refuse_whole and case[1] == "whole" and status in PERMITTED):
                     problems.append(problem)

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <utility>
 
@@ -178,7 +179,9 @@ amhex::worker::Finished RunJob(const amhex::worker::RunJob& order, const SendNew
     finished = MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::OUT_OF_MEMORY,
                          "the job needs more memory than a worker may take");
   } catch (const std::exception& exception) {
-    finished = ServerFault(std::string("the job ended with an exception: ") + exception.what());
+    // What it says is for the log: it may name files.
+    std::cerr << "amhex-worker: exception: " << exception.what() << std::endl;
+    finished = ServerFault("the job ended with an exception");
   }
   if (finished.ok()) return *std::move(finished);
   Finished failed;
