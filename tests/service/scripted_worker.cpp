@@ -163,16 +163,21 @@ class ScriptedWorker {
   void Large(size_t size) {
     auto fd = OpenFile(order_.output_path(), O_WRONLY | O_CREAT);
     const std::string bytes(size, 'x');
-    FinishFile(fd.ok() ? WriteAllAt(fd->get(), bytes.data(), bytes.size(), 0) : fd.status());
+    if (!fd.ok()) return Finish(fd.status());
+    const absl::Status status = WriteAllAt(fd->get(), bytes.data(), bytes.size(), 0);
+    FinishFile(*std::move(fd), status);
   }
 
   void Hollow(int64_t size) {
     auto fd = OpenFile(order_.output_path(), O_WRONLY | O_CREAT);
-    if (fd.ok() && ftruncate(fd->get(), size) != 0) fd = FileError("cannot extend a file", errno);
-    FinishFile(fd.status());
+    if (!fd.ok()) return Finish(fd.status());
+    const bool is_extended = ftruncate(fd->get(), size) == 0;
+    FinishFile(*std::move(fd), is_extended ? absl::OkStatus() : FileError("cannot extend", errno));
   }
 
-  void FinishFile(const absl::Status& status) {
+  // The file is closed first: a full disk has its room back once the server has removed it.
+  void FinishFile(UniqueFd fd, const absl::Status& status) {
+    fd.Reset();
     if (!status.ok()) return Finish(status);
     finished_ = true;
     FromWorker news;
