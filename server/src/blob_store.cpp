@@ -42,26 +42,6 @@ absl::Time LastTouched(const fs::path& path) {
   return absl::TimeFromTimespec(info.st_mtim);
 }
 
-std::vector<fs::path> FilesBelow(const std::string& folder) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(folder, error), end; it != end; it.increment(error)) {
-    if (error) break;
-    if (it->is_regular_file(error)) files.push_back(it->path());
-  }
-  return files;
-}
-
-int64_t BytesBelow(const std::string& folder) {
-  int64_t total = 0;
-  std::error_code error;
-  for (const fs::path& file : FilesBelow(folder)) {
-    const auto size = fs::file_size(file, error);
-    if (!error) total += static_cast<int64_t>(size);
-  }
-  return total;
-}
-
 // Names a tenant's upload.
 std::string UploadKey(const std::string& tenant, const std::string& sha256) {
   constexpr size_t kTenantDigits = 16;

@@ -93,6 +93,27 @@ absl::Status WritePiecesAt(int fd, const std::vector<std::string_view>& pieces, 
   return absl::OkStatus();
 }
 
+std::vector<std::filesystem::path> FilesBelow(const std::string& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (std::filesystem::recursive_directory_iterator it(folder, error), end; it != end;
+       it.increment(error)) {
+    if (error) break;
+    if (it->is_regular_file(error)) files.push_back(it->path());
+  }
+  return files;
+}
+
+int64_t BytesBelow(const std::string& folder) {
+  int64_t total = 0;
+  std::error_code error;
+  for (const std::filesystem::path& file : FilesBelow(folder)) {
+    const auto size = std::filesystem::file_size(file, error);
+    if (!error) total += static_cast<int64_t>(size);
+  }
+  return total;
+}
+
 absl::StatusOr<size_t> ReadAt(int fd, void* data, size_t size, int64_t offset) {
   char* bytes = static_cast<char*>(data);
   size_t total = 0;

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -48,6 +49,10 @@ absl::Status WritePiecesAt(int fd, const std::vector<std::string_view>& pieces, 
 absl::StatusOr<size_t> ReadAt(int fd, void* data, size_t size, int64_t offset);
 absl::StatusOr<int64_t> FileSize(int fd);
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path);
+
+// Regular files in a folder and in those within it, as far as it can be read; and their bytes.
+std::vector<std::filesystem::path> FilesBelow(const std::string& folder);
+int64_t BytesBelow(const std::string& folder);
 
 // Makes `path` and its parents; OK if they exist.
 absl::Status MakeFolders(const std::string& path);
