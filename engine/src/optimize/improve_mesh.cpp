@@ -26,13 +26,18 @@ constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}, {0.28, 
 
 // One star in ten thousand cells can hold the minimum where no repair of it helps. Where the worst
 // cell is below this, such places are opened and filled anew, each time a layer wider.
-constexpr double kGoodMinimum = 0.27;
+constexpr double kGoodMinimum = 0.26;
 constexpr int kMaxRefills = 4;
+// Each costs a placing of the whole mesh: two are what large ones can afford.
+constexpr size_t kLargeMesh = 20'000;
+constexpr int kMaxRefillsOfLarge = 2;
 // Cells this little above the minimum are refilled along with the worst.
 constexpr double kPoorMargin = 0.1;
 constexpr double kMinRefillGain = 0.01;
-// New boundary faces may cut off or add this much, in cells; a place that is lost shows in more.
+// New boundary faces and moved vertices may cut off or add this many cells, and this share of all;
+// a place that is lost shows in more.
 constexpr double kMaxVolumeChange = 0.5;
+constexpr double kMaxVolumeChangeShare = 1e-4;
 
 // Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
 // time.
@@ -46,7 +51,8 @@ double VolumeOf(const CellComplex& complex) {
 
 // True if a refilled complex covers what it did before and its boundary has no defect.
 bool IsSameSolid(const CellComplex& refilled, const CellComplex& before, const Hull& hull) {
-  return std::abs(VolumeOf(refilled) - VolumeOf(before)) < kMaxVolumeChange &&
+  const double permitted = kMaxVolumeChange + kMaxVolumeChangeShare * hull.volume;
+  return std::abs(VolumeOf(refilled) - VolumeOf(before)) < permitted &&
          FindBoundaryDefects(WorkingMesh(refilled), hull).empty();
 }
 
@@ -56,7 +62,8 @@ absl::StatusOr<CellComplex> RefillPoorest(CellComplex complex, const Hull& hull,
                                           RunContext& run) {
   bool is_refilled = false;
   double minimum = SummarizeQuality(complex).minimum;
-  for (int layers = 0; layers < kMaxRefills && minimum < kGoodMinimum; ++layers) {
+  const int most = complex.cells.size() > kLargeMesh ? kMaxRefillsOfLarge : kMaxRefills;
+  for (int layers = 0; layers < most && minimum < kGoodMinimum; ++layers) {
     const PoorCells poor{std::min(kGoodMinimum, minimum + kPoorMargin), layers};
     absl::StatusOr<Mended> refilled = RefillPoorCells(complex, hull, poor, params, run);
     if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
@@ -95,14 +102,13 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
   }
   AMHEX_ASSIGN_OR_RETURN(complex,
                          place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
-  AMHEX_ASSIGN_OR_RETURN(complex, RefillPoorest(std::move(complex), hull, features, params, run));
   for (int layers = 0; layers < kMaxMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended, MendBoundary(complex, hull, layers, params, run));
     complex = std::move(mended.complex);
     if (!mended.changed) break;
     AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
-  return complex;
+  return RefillPoorest(std::move(complex), hull, features, params, run);
 }
 
 }  // namespace amhex
