@@ -14,6 +14,7 @@
 #include "input/guidance_checks.h"
 #include "input/sample_hull.h"
 #include "judge.h"
+#include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
 #include "stage.h"
 #include "trials.h"
@@ -75,6 +76,7 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
       const CellComplex improved,
       PlaceBestTrial(assembled.complexes, std::move(closed), hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
+                           ReportCells(improved, run);  // the last trial need not be the best
                            const StopPoll poll(run);
                            return Judge(FinalizeMesh(improved, hull.frame, poll), hull, poll);
                          }));

@@ -9,6 +9,7 @@
 #include "cost_model.h"
 #include "input/hull_checks.h"
 #include "judge.h"
+#include "optimize/report_cells.h"
 #include "reassembly/break_down.h"
 #include "reassembly/merge_candidates.h"
 #include "reassembly/merge_cells.h"
@@ -59,14 +60,20 @@ absl::StatusOr<CellComplex> Reassemble(const BrokenVolume& broken, const Hull& h
                          }));
   return GuardStage(run, Stage::kAssemble, [&]() -> absl::StatusOr<CellComplex> {
     AMHEX_ASSIGN_OR_RETURN(const std::vector<int32_t> chosen, MergeCells(pieces, run));
-    return ComplexOfPieces(broken, pieces, chosen, hull.frame);
+    CellComplex complex = ComplexOfPieces(broken, pieces, chosen, hull.frame);
+    ReportCells(complex, run);
+    return complex;
   });
 }
 
 absl::StatusOr<CellComplex> Subdivide(const BrokenVolume& broken, const Hull& hull,
                                       RunContext& run) {
   AMHEX_RETURN_IF_ERROR(PassOver(Stage::kExtractTopology, run));
-  return GuardStage(run, Stage::kAssemble, [&] { return SubdivideCells(broken, hull.frame, run); });
+  return GuardStage(run, Stage::kAssemble, [&]() -> absl::StatusOr<CellComplex> {
+    AMHEX_ASSIGN_OR_RETURN(CellComplex complex, SubdivideCells(broken, hull.frame, run));
+    ReportCells(complex, run);
+    return complex;
+  });
 }
 
 }  // namespace

@@ -102,6 +102,17 @@ pb::CellType CellTypeToProto(PrimitiveType type) {
   return static_cast<pb::CellType>(static_cast<int>(type));
 }
 
+void SetCellCounts(const CellCounts& counts,
+                   google::protobuf::RepeatedPtrField<pb::CellTypeCount>* out) {
+  for (const PrimitiveType type : kPrimitiveTypes) {
+    const int64_t count = counts[static_cast<size_t>(type)];
+    if (count == 0) continue;
+    pb::CellTypeCount& entry = *out->Add();
+    entry.set_type(CellTypeToProto(type));
+    entry.set_cell_count(count);
+  }
+}
+
 RelaxationParams ToEngine(const pb::RelaxationParams& params) {
   RelaxationParams out;
   if (params.has_initialization()) out.initialization = ToEngine(params.initialization());
@@ -201,8 +212,10 @@ pb::Progress ToProto(const Progress& progress) {
   out.set_mean_movement(progress.mean_movement);
   out.set_site_count(progress.site_count);
   out.set_cell_count(progress.cell_count);
-  out.set_hexahedron_count(progress.hexahedron_count);
+  out.set_hexahedron_count(progress.cells_by_type[static_cast<size_t>(PrimitiveType::kHexahedron)]);
+  SetCellCounts(progress.cells_by_type, out.mutable_cells_by_type());
   out.set_min_scaled_jacobian(progress.min_scaled_jacobian);
+  out.set_average_scaled_jacobian(progress.average_scaled_jacobian);
   return out;
 }
 
@@ -222,13 +235,7 @@ pb::MeshStatistics ToProto(const MeshStatistics& statistics) {
   out.set_cell_count(statistics.cell_count);
   out.set_vertex_count(statistics.vertex_count);
   out.set_boundary_face_count(statistics.boundary_face_count);
-  for (const PrimitiveType type : kPrimitiveTypes) {
-    const int64_t count = statistics.cells_by_type[static_cast<size_t>(type)];
-    if (count == 0) continue;
-    pb::CellTypeCount& entry = *out.add_cells_by_type();
-    entry.set_type(CellTypeToProto(type));
-    entry.set_cell_count(count);
-  }
+  SetCellCounts(statistics.cells_by_type, out.mutable_cells_by_type());
   out.set_hexahedra_ratio(statistics.hexahedra_ratio);
   out.set_hexahedra_volume_ratio(statistics.hexahedra_volume_ratio);
   out.set_min_scaled_jacobian(statistics.min_scaled_jacobian);

@@ -134,7 +134,7 @@ TEST(Progress, SaysWhatIsKnown) {
   progress.set_cell_count(200);
   progress.set_hexahedron_count(150);
   EXPECT_EQ(DescribeProgress(progress),
-            "iteration 60/150, movement 0.0125, 200 cells, 75.0 % hexahedra");
+            "iteration 60/150, movement 0.0125, 150 of 200 cells hexahedra so far (75.0 %)");
   EXPECT_EQ(DescribeProgress(v1::Progress()), "");
   EXPECT_EQ(StageWords(v1::STAGE_MATCH_AND_MERGE), "match and merge");
 }

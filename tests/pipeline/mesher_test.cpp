@@ -9,12 +9,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include "base/platform.h"
 #include "fixtures/solids.h"
+#include "fixtures/volumes.h"
 #include "support/mesh_invariants.h"
 #include "support/surface_measures.h"
 
@@ -254,6 +256,41 @@ TEST(Mesher, EveryStageReportsOnceInOrderAndProgressOnlyGrows) {
     EXPECT_EQ(result->stages[static_cast<size_t>(i)].stage, static_cast<Stage>(i));
   }
   EXPECT_EQ(last_stage, Stage::kValidate);
+}
+
+// What a watcher is told of the cells: nothing before there are any, and in the end what is true.
+void ExpectCellsToldFromAssemblyOn(const InputHull& hull, const MeshingParams& params) {
+  RunContext run;
+  Progress last;
+  run.on_progress = [&](const Progress& progress) {
+    const auto& counts = progress.cells_by_type;
+    EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), int64_t{0}), progress.cell_count)
+        << StageName(progress.stage);
+    if (progress.stage < Stage::kAssemble) EXPECT_EQ(progress.cell_count, 0);
+    if (progress.stage > Stage::kAssemble) {
+      EXPECT_GT(progress.cell_count, 0) << StageName(progress.stage);
+      EXPECT_GE(progress.average_scaled_jacobian, progress.min_scaled_jacobian);
+      EXPECT_NE(progress.average_scaled_jacobian, 0) << StageName(progress.stage);
+    }
+    last = progress;
+  };
+  const auto result = Mesh(hull, params, run);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const MeshStatistics& statistics = result->statistics;
+  EXPECT_EQ(last.cell_count, statistics.cell_count);
+  EXPECT_EQ(last.cells_by_type, statistics.cells_by_type);
+  // Both hold the least of a cell as a float.
+  constexpr double kRounding = 1e-5;
+  EXPECT_NEAR(last.min_scaled_jacobian, statistics.min_scaled_jacobian, kRounding);
+  EXPECT_NEAR(last.average_scaled_jacobian, statistics.average_scaled_jacobian, kRounding);
+}
+
+TEST(Mesher, ProgressTellsCellsByTypeAndTheirQualityFromAssemblyOn) {
+  ExpectCellsToldFromAssemblyOn(fixtures::MakeSphere(1, 0.15), ParamsFor(200));
+}
+
+TEST(Mesher, ProgressTellsTheCellsOfAVolumeMeshToo) {
+  ExpectCellsToldFromAssemblyOn(fixtures::MakeTetrahedra(2), MeshingParams());
 }
 
 TEST(Mesher, StopRequestedInAnyStageEndsTheRunCancelled) {

@@ -105,6 +105,22 @@ TEST(ConvertStage, EveryEngineStageHasTheSameNameInTheProto) {
   }
 }
 
+TEST(ConvertProgress, EveryFieldButTheRemainingTimeIsFilled) {
+  Progress progress;
+  progress.stage = Stage::kAssemble;
+  progress.stage_fraction = progress.mean_movement = 1;
+  progress.iteration = progress.iteration_count = 1;
+  progress.site_count = progress.cell_count = 1;
+  progress.cells_by_type.fill(1);
+  progress.min_scaled_jacobian = progress.average_scaled_jacobian = 1;
+  const amhex::v1::Progress proto = ToProto(progress);
+  std::vector<const FieldDescriptor*> set;
+  proto.GetReflection()->ListFields(proto, &set);
+  // How long it still takes is known to the worker, not to the engine.
+  EXPECT_EQ(static_cast<int>(set.size()), proto.GetDescriptor()->field_count() - 1);
+  EXPECT_EQ(proto.cells_by_type_size(), 6);
+}
+
 TEST(ConvertStatistics, EveryFieldIsFilled) {
   MeshStatistics statistics;
   statistics.cell_count = statistics.vertex_count = statistics.boundary_face_count = 1;

@@ -64,10 +64,10 @@ std::string DescribeProgress(const v1::Progress& progress) {
     add(absl::StrFormat("movement %.3g", progress.mean_movement()));
   }
   if (progress.cell_count() > 0) {
-    add(absl::StrCat(progress.cell_count(), " cells"));
-    add(absl::StrFormat("%.1f %% hexahedra", 100.0 *
-                                                 static_cast<double>(progress.hexahedron_count()) /
-                                                 static_cast<double>(progress.cell_count())));
+    add(absl::StrFormat("%d of %d cells hexahedra so far (%.1f %%)", progress.hexahedron_count(),
+                        progress.cell_count(),
+                        100.0 * static_cast<double>(progress.hexahedron_count()) /
+                            static_cast<double>(progress.cell_count())));
   } else if (progress.site_count() > 0) {
     add(absl::StrCat(progress.site_count(), " sites"));
   }

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "amhex/params.h"
 #include "amhex/vec3.h"
+#include "amhex/volume_mesh.h"
 
 namespace amhex {
 
@@ -49,8 +50,10 @@ struct Progress {
   double mean_movement = 0;  // edge lengths, while relaxing
   int64_t site_count = 0;    // once known
   int64_t cell_count = 0;    // once cells exist
-  int64_t hexahedron_count = 0;
+  CellCounts cells_by_type{};
+  // Over the cells so far, each by its least; not positive while there are cells that fold.
   double min_scaled_jacobian = 0;
+  double average_scaled_jacobian = 0;
 };
 
 // Handed to every stage. Thread-compatible: the engine calls the observers from one thread at a

@@ -23,6 +23,9 @@ inline constexpr std::array<PrimitiveType, 6> kPrimitiveTypes = {
     PrimitiveType::kHexahedron, PrimitiveType::kHexprism, PrimitiveType::kPrism,
     PrimitiveType::kSlice,      PrimitiveType::kPyramid,  PrimitiveType::kTetrahedron};
 
+// Cells by type, indexed by PrimitiveType's value.
+using CellCounts = std::array<int64_t, 9>;
+
 // Eight vertex ids in VTK_HEXAHEDRON order; a collapsed edge repeats its id.
 //
 //        7-------6
@@ -45,11 +48,11 @@ struct MeshStatistics {
   int64_t cell_count = 0;
   int64_t vertex_count = 0;
   int64_t boundary_face_count = 0;
-  std::array<int64_t, 9> cells_by_type{};  // indexed by PrimitiveType's value
-  double hexahedra_ratio = 0;              // [0, 1] by number
-  double hexahedra_volume_ratio = 0;       // [0, 1] by volume
-  double min_scaled_jacobian = 0;          // over all cells
-  double average_scaled_jacobian = 0;      // mean of the cells' minima
+  CellCounts cells_by_type{};
+  double hexahedra_ratio = 0;          // [0, 1] by number
+  double hexahedra_volume_ratio = 0;   // [0, 1] by volume
+  double min_scaled_jacobian = 0;      // over all cells
+  double average_scaled_jacobian = 0;  // mean of the cells' minima
   double min_scaled_jacobian_hexahedra = 0;
   double average_scaled_jacobian_hexahedra = 0;
   double volume = 0;       // user's units cubed

@@ -10,6 +10,7 @@
 #include "assembly/initial_mesh.h"
 #include "assembly/open_faces.h"
 #include "base/status_macros.h"
+#include "optimize/report_cells.h"
 #include "topology/primitives.h"
 
 namespace amhex {
@@ -197,12 +198,7 @@ absl::StatusOr<CellComplex> AssembleCells(const PrimitiveTable& table, const Mer
   AMHEX_RETURN_IF_ERROR(assembler.AddWhatClosesFaces());
   AMHEX_RETURN_IF_ERROR(assembler.AddRemainingDirectCells());
   CellComplex complex = BuildComplex(table, cubes, mesh);
-  Progress progress = context.progress();
-  progress.cell_count = static_cast<int64_t>(complex.cells.size());
-  progress.hexahedron_count =
-      std::count_if(complex.cells.begin(), complex.cells.end(),
-                    [](const CellCorners& cell) { return VerticesOf(cell).count == 8; });
-  context.Report(progress);
+  ReportCells(complex, context);
   return complex;
 }
 

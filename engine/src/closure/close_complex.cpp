@@ -14,6 +14,7 @@
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
 #include "optimize/cell_quality.h"
+#include "optimize/report_cells.h"
 
 namespace amhex {
 namespace {
@@ -80,6 +81,7 @@ class Closer {
           "no valid mesh was found: every cell was given up to close a cavity; try another cell "
           "count");
     }
+    ReportCells(closed, run_);
     return closed;
   }
 
@@ -254,10 +256,12 @@ class Closer {
     progress.stage_fraction =
         1.0 - static_cast<double>(mesh_.OpenFaces().size()) / static_cast<double>(first_open_);
     progress.stage_fraction = std::clamp(progress.stage_fraction, 0.0, 0.99);
-    progress.cell_count = progress.hexahedron_count = 0;
+    progress.cell_count = 0;
+    progress.cells_by_type = {};
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      progress.cell_count += mesh_.alive(cell) ? 1 : 0;
-      progress.hexahedron_count += mesh_.alive(cell) && mesh_.is_hexahedron(cell) ? 1 : 0;
+      if (!mesh_.alive(cell)) continue;
+      ++progress.cell_count;
+      ++progress.cells_by_type[static_cast<size_t>(mesh_.type(cell))];
     }
     run_.Report(progress);
   }

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 #include "absl/strings/str_cat.h"
 #include "optimize/hull_features.h"
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
 #include "optimize/raise_quality.h"
+#include "optimize/report_cells.h"
 
 namespace amhex {
 namespace {
@@ -56,11 +58,8 @@ class Placer {
   Placer(Placement& placement, RunContext& run)
       : placement_(placement),
         run_(run),
-        vertex_count_(static_cast<int64_t>(placement.complex.vertices.size())) {
-    for (const CellCorners& corners : placement.complex.cells) {
-      hexahedron_count_ += FindCellPattern(corners)->type == PrimitiveType::kHexahedron;
-    }
-  }
+        vertex_count_(static_cast<int64_t>(placement.complex.vertices.size())),
+        cells_by_type_(CountCells(placement.complex)) {}
 
   absl::Status Run(PlacementEffort effort) {
     absl::Status status;
@@ -181,10 +180,12 @@ class Placer {
     Progress progress = run_.progress();
     progress.stage_fraction = fraction;
     progress.cell_count = static_cast<int64_t>(placement_.complex.cells.size());
-    progress.hexahedron_count = hexahedron_count_;
+    progress.cells_by_type = cells_by_type_;
     const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
     if (!quality.empty()) {
       progress.min_scaled_jacobian = *std::min_element(quality.begin(), quality.end());
+      progress.average_scaled_jacobian = std::accumulate(quality.begin(), quality.end(), 0.0) /
+                                         static_cast<double>(quality.size());
     }
     run_.Report(progress);
   }
@@ -192,7 +193,7 @@ class Placer {
   Placement& placement_;
   RunContext& run_;
   int64_t vertex_count_ = 0;
-  int64_t hexahedron_count_ = 0;
+  const CellCounts cells_by_type_;
 };
 
 absl::Status CheckCells(const CellComplex& complex) {

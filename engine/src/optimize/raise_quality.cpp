@@ -148,17 +148,21 @@ QualitySummary SummarizeQuality(const CellComplex& complex) {
           part.minimum = std::min(part.minimum, quality);
           part.average += quality;
           // CellQuality is the least scaled Jacobian where it is positive.
-          part.min_scaled_jacobian =
-              std::min(part.min_scaled_jacobian,
-                       quality > 0 ? quality : ScaledJacobian(complex.cells[c], complex.vertices));
+          const double jacobian =
+              quality > 0 ? quality : ScaledJacobian(complex.cells[c], complex.vertices);
+          part.min_scaled_jacobian = std::min(part.min_scaled_jacobian, jacobian);
+          part.average_scaled_jacobian += jacobian;
         }
         return part;
       },
       [](const QualitySummary& a, const QualitySummary& b) {
         return QualitySummary{std::min(a.minimum, b.minimum), a.average + b.average,
-                              std::min(a.min_scaled_jacobian, b.min_scaled_jacobian)};
+                              std::min(a.min_scaled_jacobian, b.min_scaled_jacobian),
+                              a.average_scaled_jacobian + b.average_scaled_jacobian};
       });
-  if (!complex.cells.empty()) summary.average /= static_cast<double>(complex.cells.size());
+  const auto cell_count = static_cast<double>(complex.cells.size());
+  if (cell_count > 0) summary.average /= cell_count;
+  if (cell_count > 0) summary.average_scaled_jacobian /= cell_count;
   return summary;
 }
 

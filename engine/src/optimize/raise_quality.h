@@ -28,9 +28,11 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
                                      SweepMemory& memory, const RunContext& run);
 
 struct QualitySummary {
-  double minimum = 1;              // of CellQuality: not positive if any cell is invalid
-  double average = 0;              // of CellQuality
-  double min_scaled_jacobian = 1;  // whether or not cells fold
+  double minimum = 1;  // of CellQuality: not positive if any cell is invalid
+  double average = 0;  // of CellQuality
+  // Whether or not cells fold.
+  double min_scaled_jacobian = 1;
+  double average_scaled_jacobian = 0;
 };
 // Over all cells.
 QualitySummary SummarizeQuality(const CellComplex& complex);
