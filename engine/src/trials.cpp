@@ -29,7 +29,7 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{5e3, 10}, {2e4, 3}};
+constexpr TrialsBySize kTrialsBySize[] = {{4e3, 10}, {2e4, 3}};
 // Placing costs most: from so many trials on, a second one is placed if the first is poor.
 constexpr int kTrialsForSecondPlacing = 4;
 
