@@ -44,6 +44,15 @@ for file in "${all[@]}"; do
   ((lines <= most_lines)) || echo "$file: $lines lines, at most $most_lines" >>"$offences"
 done
 
+# What a script or a run leaves behind is easily committed. An unpacked archive has no list to check.
+known='\.ci|\.clang-format|\.clang-tidy|\.dockerignore|\.editorconfig|\.gitattributes|\.gitignore'
+known+='|CMakeLists\.txt|CMakePresets\.json|CONTRIBUTING\.md|LICENSE|README\.md'
+known+='|client|cmake|deploy|docs|engine|examples|proto|server|tests'
+if tracked=$(git ls-files 2>/dev/null); then
+  { cut -d/ -f1 <<<"$tracked" | sort -u | grep -vxE "$known" || true; } |
+    sed 's/$/: no part of the project at the top level/' >>"$offences"
+fi
+
 format=$(command -v clang-format-14 || true)
 if [[ -z $format ]]; then
   echo "clang-format-14 is not installed; deploy/install-packages.sh format" >>"$offences"

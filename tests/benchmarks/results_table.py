@@ -97,8 +97,8 @@ def parse_arguments():
     parser.add_argument("--server", help="address of a running amhexd (default: --local)")
     parser.add_argument("--backend", default="auto", choices=["auto", "cpu", "cuda"])
     parser.add_argument("--output", default=REPOSITORY / "docs/results.md", type=pathlib.Path)
-    parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("results"),
-                        help="folder for meshes and JSON files (default: ./results)")
+    parser.add_argument("--keep", type=pathlib.Path, default=REPOSITORY / "build/results",
+                        help="folder for meshes and JSON files (default: build/results)")
     parser.add_argument("--pictures", type=pathlib.Path, metavar="FOLDER",
                         help="draw every mesh cut open there and show the pictures in the document")
     parser.add_argument("--timeout", type=float, default=1800, help="seconds per model")
