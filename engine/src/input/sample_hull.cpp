@@ -143,8 +143,7 @@ class FrameFinder {
  public:
   FrameFinder(const Hull& hull, const Candidates& candidates, const PointTree& tree,
               const Surroundings& surroundings)
-      : hull_(hull),
-        candidates_(candidates),
+      : candidates_(candidates),
         tree_(tree),
         surroundings_(surroundings),
         curvatures_(TriangleCurvatures(hull)),
@@ -200,7 +199,6 @@ class FrameFinder {
     return mean;
   }
 
-  const Hull& hull_;
   const Candidates& candidates_;
   const PointTree& tree_;
   const Surroundings& surroundings_;
