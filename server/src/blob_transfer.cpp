@@ -48,14 +48,9 @@ absl::Status BlobSender::Open(const Caller& caller, const amhex::v1::ReadBlobReq
   AMHEX_RETURN_IF_ERROR(CheckRead(request));
   AMHEX_ASSIGN_OR_RETURN(file_, manager_->OpenBlob(caller, request.blob().sha256()));
   AMHEX_ASSIGN_OR_RETURN(blob_size_, FileSize(file_.get()));
-  if (request.offset() > blob_size_) {
-    return MakeError(absl::StatusCode::kOutOfRange, amhex::v1::BAD_REQUEST,
-                     "offset is " + std::to_string(request.offset()) + ", but the blob has " +
-                         std::to_string(blob_size_) + " bytes");
-  }
-  position_ = request.offset();
-  end_ = blob_size_;
-  if (request.limit() > 0) end_ = position_ + std::min(request.limit(), blob_size_ - position_);
+  AMHEX_ASSIGN_OR_RETURN(const ByteRange range, RangeToRead(request, blob_size_));
+  position_ = range.begin;
+  end_ = range.end;
   const int64_t preferred = manager_->options().limits.preferred_chunk_bytes;
   chunk_bytes_ =
       request.chunk_bytes() > 0 ? std::min<int64_t>(request.chunk_bytes(), preferred) : preferred;

@@ -19,6 +19,22 @@ constexpr char kJsonPattern[] = R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l",
 
 std::atomic<bool> writes_json{false};
 
+std::shared_ptr<spdlog::logger> MakeLogger(spdlog::level::level_enum level) {
+  auto logger =
+      std::make_shared<spdlog::logger>("amhex", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  logger->set_formatter(std::make_unique<spdlog::pattern_formatter>(
+      writes_json ? kJsonPattern : kTextPattern, spdlog::pattern_time_type::utc));
+  logger->set_level(level);
+  logger->flush_on(spdlog::level::info);
+  return logger;
+}
+
+// Not spdlog's own default, which its library makes on first use, whichever thread that is.
+std::shared_ptr<spdlog::logger>& Logger() {
+  static std::shared_ptr<spdlog::logger> logger = MakeLogger(spdlog::level::info);
+  return logger;
+}
+
 bool NeedsQuotes(const std::string& value) {
   return value.empty() || std::any_of(value.begin(), value.end(), [](unsigned char c) {
            return std::isspace(c) || std::iscntrl(c) || c == '"' || c == '=' || c == '\\';
@@ -110,8 +126,8 @@ std::string JsonLine(const char* event, std::initializer_list<LogField> fields) 
 
 void Log(spdlog::level::level_enum level, const char* event,
          std::initializer_list<LogField> fields) {
-  if (!spdlog::should_log(level)) return;
-  spdlog::log(level, "{}", writes_json ? JsonLine(event, fields) : TextLine(event, fields));
+  if (!Logger()->should_log(level)) return;
+  Logger()->log(level, "{}", writes_json ? JsonLine(event, fields) : TextLine(event, fields));
 }
 
 }  // namespace
@@ -138,13 +154,7 @@ absl::Status CheckLogging(const std::string& level, const std::string& format) {
 absl::Status SetUpLogging(const std::string& level, const std::string& format) {
   if (const absl::Status status = CheckLogging(level, format); !status.ok()) return status;
   writes_json = format == "json";
-  auto logger =
-      std::make_shared<spdlog::logger>("amhex", std::make_shared<spdlog::sinks::stderr_sink_mt>());
-  logger->set_formatter(std::make_unique<spdlog::pattern_formatter>(
-      writes_json ? kJsonPattern : kTextPattern, spdlog::pattern_time_type::utc));
-  logger->set_level(spdlog::level::from_str(level));
-  logger->flush_on(spdlog::level::info);
-  spdlog::set_default_logger(std::move(logger));
+  Logger() = MakeLogger(spdlog::level::from_str(level));
   return absl::OkStatus();
 }
 

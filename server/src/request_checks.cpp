@@ -216,6 +216,18 @@ absl::Status CheckRead(const amhex::v1::ReadBlobRequest& request) {
   return bad.ToStatus();
 }
 
+absl::StatusOr<ByteRange> RangeToRead(const amhex::v1::ReadBlobRequest& request,
+                                      int64_t blob_size) {
+  if (request.offset() > blob_size) {
+    return MakeError(absl::StatusCode::kOutOfRange, amhex::v1::BAD_REQUEST,
+                     "offset is " + std::to_string(request.offset()) + ", but the blob has " +
+                         std::to_string(blob_size) + " bytes");
+  }
+  const int64_t left = blob_size - request.offset();
+  const int64_t wanted = request.limit() > 0 ? std::min(request.limit(), left) : left;
+  return ByteRange{request.offset(), request.offset() + wanted};
+}
+
 absl::StatusOr<std::string> CheckJobName(const std::string& name) {
   const std::string id = JobIdFromName(name);
   if (!id.empty()) return id;

@@ -17,6 +17,13 @@ absl::Status CheckMeshBegin(const amhex::v1::MeshRequest& request, const Limits&
 absl::Status CheckWatch(const amhex::v1::WatchJobRequest& request);
 absl::Status CheckFindMissing(const amhex::v1::FindMissingBlobsRequest& request);
 absl::Status CheckRead(const amhex::v1::ReadBlobRequest& request);
+// Which bytes of a blob of `blob_size` a request that CheckRead has passed asks for. OUT_OF_RANGE
+// BAD_REQUEST beyond its end.
+struct ByteRange {
+  int64_t begin = 0;
+  int64_t end = 0;
+};
+absl::StatusOr<ByteRange> RangeToRead(const amhex::v1::ReadBlobRequest& request, int64_t blob_size);
 // For writing, the size is required and bounded as well.
 absl::Status CheckBlobToWrite(const amhex::v1::BlobRef& blob, const Limits& limits);
 absl::Status CheckBlobRef(const amhex::v1::BlobRef& blob);

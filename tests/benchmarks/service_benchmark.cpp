@@ -6,12 +6,14 @@
 //   cancel      from CancelJob's start to the job's end, for a worker that does not listen
 //   watcher     CPU time that one watcher costs server and client, in percent of the job's time
 //   overhead    what submission, watching and storing a result add to a job of ten seconds
-//   transfer    upload and download of blobs over TCP, a unix socket and TLS, beside a bare gRPC
-//               stream of the same messages over the same way in the same process ("raw"); and
-//               what an upload cannot do without: hashing, writing, waiting for the disk
+//   tcp, unix, tls  upload and download of blobs this way, beside a bare gRPC stream of the same
+//               messages over the same way in the same process ("raw")
+//   floors      what an upload cannot do without: hashing, writing, waiting for the disk
 //
 // Workers follow scripts, so that nothing but the service is measured. Usage:
-// service_benchmark [MEBIBYTES [FOLDER]], FOLDER being where the server keeps its data
+// service_benchmark [MEBIBYTES [FOLDER [PART...]]], FOLDER being where the server keeps its data,
+// in memory if it is /dev/shm. Without parts, all are measured. Of several rounds of a transfer the
+// median is given.
 #include <fcntl.h>
 #include <grpcpp/grpcpp.h>
 #include <sys/resource.h>
@@ -20,10 +22,13 @@
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <set>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
@@ -45,6 +50,7 @@ constexpr int kControlCalls = 3000;
 constexpr absl::Duration kControlInterval = absl::Milliseconds(1);
 constexpr int kJobs = 100;
 constexpr int kCancels = 50;
+constexpr int kTransferRounds = 5;
 
 [[noreturn]] void Die(const std::string& problem) {
   std::cerr << "service_benchmark: " << problem << "\n";
@@ -292,10 +298,34 @@ struct Way {
   std::shared_ptr<grpc::ChannelCredentials> client;
 };
 
-std::string MeasureTransfer(const Way& way, std::string bytes) {
-  // Each way uploads a blob of its own.
-  bytes.replace(0, way.name.size(), way.name);
-  const std::string sha256 = Sha256Hex(bytes);
+Cost Median(std::vector<Cost> costs) {
+  const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2);
+  std::nth_element(costs.begin(), middle, costs.end(), [](const Cost& a, const Cost& b) {
+    return a.gigabytes_per_second < b.gigabytes_per_second;
+  });
+  return *middle;
+}
+
+// Both servers in turn, in each round.
+std::string MeasureRounds(const Way& way, std::string bytes, const Stubs& stubs,
+                          const Stubs& bare) {
+  std::vector<Cost> up, down, raw_up, raw_down;
+  for (int round = 0; round < kTransferRounds; ++round) {
+    // A blob that is there already would not be received.
+    const std::string name = absl::StrCat(way.name, round);
+    bytes.replace(0, name.size(), name);
+    const std::string sha256 = Sha256Hex(bytes);
+    raw_up.push_back(Upload(bare.blobs.get(), bytes, sha256));
+    up.push_back(Upload(stubs.blobs.get(), bytes, sha256));
+    raw_down.push_back(Download(bare.blobs.get(), sha256));
+    down.push_back(Download(stubs.blobs.get(), sha256));
+  }
+  return absl::StrCat("\"", way.name, "\":{", ToJson("upload", Median(up)), ",",
+                      ToJson("raw_upload", Median(raw_up)), ",", ToJson("download", Median(down)),
+                      ",", ToJson("raw_download", Median(raw_down)), "}");
+}
+
+std::string MeasureTransfer(const Way& way, const std::string& bytes) {
   RawBlobs raw(bytes);
   grpc::ServerBuilder builder;
   int port = 0;
@@ -306,15 +336,10 @@ std::string MeasureTransfer(const Way& way, std::string bytes) {
   const Stubs bare =
       Connect(is_unix ? way.raw_address : absl::StrCat("127.0.0.1:", port), way.client);
   const Stubs stubs = Connect(way.address, way.client);
-  Upload(bare.blobs.get(), bytes, sha256);  // warms up
-  const Cost raw_up = Upload(bare.blobs.get(), bytes, sha256);
-  const Cost up = Upload(stubs.blobs.get(), bytes, sha256);
-  const Cost raw_down = Download(bare.blobs.get(), sha256);
-  const Cost down = Download(stubs.blobs.get(), sha256);
+  Upload(bare.blobs.get(), bytes, Sha256Hex(bytes));  // warms up
+  const std::string measured = MeasureRounds(way, bytes, stubs, bare);
   raw_server->Shutdown();
-  return absl::StrCat("\"", way.name, "\":{", ToJson("upload", up), ",",
-                      ToJson("raw_upload", raw_up), ",", ToJson("download", down), ",",
-                      ToJson("raw_download", raw_down), "}");
+  return measured;
 }
 
 // What an upload cannot do without: hashing the bytes, writing them to a file, and waiting until
@@ -330,28 +355,17 @@ std::string MeasureFloors(const std::string& folder, const std::string& bytes) {
   const Cost write = writing.After(bytes.size());
   if (!written.ok() || !SyncFile(file->get()).ok()) Die("no file can be written");
   const Cost durable = writing.After(bytes.size());
-  return absl::StrCat(ToJson("hash", hash), ",", ToJson("write", write), ",",
-                      ToJson("write_and_sync", durable));
+  return absl::StrCat("\"floors\":{", ToJson("hash", hash), ",", ToJson("write", write), ",",
+                      ToJson("write_and_sync", durable), "}");
 }
 
-std::string MeasureTransfers(const std::string& folder, size_t blob_bytes, Server* plain,
-                             Server* secure, const TestAuthority& authority, const PemPair& pair) {
-  const std::string bytes(blob_bytes, 'x');
-  const auto insecure = grpc::InsecureChannelCredentials();
-  grpc::SslServerCredentialsOptions tls;
-  tls.pem_key_cert_pairs.push_back({pair.key, pair.certificate});
-  const Way ways[] = {
-      {"tcp", plain->addresses()[0], "127.0.0.1:0", grpc::InsecureServerCredentials(), insecure},
-      {"unix", plain->addresses()[1], "unix:" + folder + "/raw", grpc::InsecureServerCredentials(),
-       insecure},
-      {"tls", secure->addresses()[0], "127.0.0.1:0", grpc::SslServerCredentials(tls),
-       grpc::SslCredentials({authority.certificate(), "", ""})}};
-  std::string all = MeasureFloors(folder, bytes);
-  for (const Way& way : ways) absl::StrAppend(&all, ",", MeasureTransfer(way, bytes));
-  return absl::StrCat("\"transfer\":{", all, "}");
+std::unique_ptr<Server> StartServer(const ServerOptions& options) {
+  auto server = Server::Create(options);
+  if (!server.ok()) Die("a server did not start");
+  return *std::move(server);
 }
 
-int Main(size_t blob_bytes, const std::string& parent) {
+int Main(size_t blob_bytes, const std::string& parent, const std::set<std::string>& wanted) {
   if (!parent.empty()) setenv("TMPDIR", parent.c_str(), 1);
   SetUpLogging("error", "text").IgnoreError();
   TemporaryFolder folder;
@@ -365,23 +379,40 @@ int Main(size_t blob_bytes, const std::string& parent) {
   options.data_dir = folder / "data";
   options.worker = AMHEX_SCRIPTED_WORKER;
   options.limits.max_blob_bytes = 4 * static_cast<int64_t>(blob_bytes);
-  auto plain = Server::Create(options);
+  const auto plain = StartServer(options);
   options.listen = {"127.0.0.1:0"};
   options.data_dir = folder / "tls-data";
   options.tls.certificate = folder / "cert";
   options.tls.key = folder / "key";
-  auto secure = Server::Create(options);
-  if (!plain.ok() || !secure.ok()) Die("a server did not start");
-  const Stubs stubs = Connect((*plain)->addresses()[0], grpc::InsecureChannelCredentials());
-  std::cout << "{" << MeasureControl(stubs) << "," << std::flush;
-  std::cout << MeasureFirstFrame(stubs) << "," << std::flush;
-  std::cout << MeasureCycles(stubs) << "," << std::flush;
-  std::cout << MeasureCancel(stubs) << "," << std::flush;
-  std::cout << MeasureWatching(stubs) << "," << std::flush;
-  std::cout << MeasureOverhead(stubs) << "," << std::flush;
-  std::cout << MeasureTransfers(folder.path(), blob_bytes, plain->get(), secure->get(), authority,
-                                pair)
-            << "}\n";
+  const auto secure = StartServer(options);
+
+  const auto open_server = grpc::InsecureServerCredentials();
+  const auto open_client = grpc::InsecureChannelCredentials();
+  grpc::SslServerCredentialsOptions tls;
+  tls.pem_key_cert_pairs.push_back({pair.key, pair.certificate});
+  const Way ways[] = {
+      {"tcp", plain->addresses()[0], "127.0.0.1:0", open_server, open_client},
+      {"unix", plain->addresses()[1], "unix:" + (folder / "raw"), open_server, open_client},
+      {"tls", secure->addresses()[0], "127.0.0.1:0", grpc::SslServerCredentials(tls),
+       grpc::SslCredentials({authority.certificate(), "", ""})}};
+  const Stubs stubs = Connect(plain->addresses()[0], open_client);
+  const std::string bytes(blob_bytes, 'x');
+  const std::pair<std::string, std::function<std::string()>> parts[] = {
+      {"control", [&] { return MeasureControl(stubs); }},
+      {"first_frame", [&] { return MeasureFirstFrame(stubs); }},
+      {"cycles", [&] { return MeasureCycles(stubs); }},
+      {"cancel", [&] { return MeasureCancel(stubs); }},
+      {"watcher", [&] { return MeasureWatching(stubs); }},
+      {"overhead", [&] { return MeasureOverhead(stubs); }},
+      {"floors", [&] { return MeasureFloors(folder.path(), bytes); }},
+      {"tcp", [&] { return MeasureTransfer(ways[0], bytes); }},
+      {"unix", [&] { return MeasureTransfer(ways[1], bytes); }},
+      {"tls", [&] { return MeasureTransfer(ways[2], bytes); }}};
+  std::vector<std::string> measured;
+  for (const auto& [name, measure] : parts) {
+    if (wanted.empty() || wanted.count(name) > 0) measured.push_back(measure());
+  }
+  std::cout << "{" << absl::StrJoin(measured, ",") << "}\n";
   return EXIT_SUCCESS;
 }
 
@@ -391,5 +422,6 @@ int Main(size_t blob_bytes, const std::string& parent) {
 int main(int argc, char** argv) {
   constexpr size_t kDefaultMebibytes = 256;
   const size_t mebibytes = argc > 1 ? std::stoul(argv[1]) : kDefaultMebibytes;
-  return amhex::server::Main(mebibytes << 20, argc > 2 ? argv[2] : "");
+  return amhex::server::Main(mebibytes << 20, argc > 2 ? argv[2] : "",
+                             {argv + std::min(argc, 3), argv + argc});
 }

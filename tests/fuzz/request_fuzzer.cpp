@@ -3,6 +3,7 @@
 // and fits into an answer.
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <string>
 
 #include "errors.h"
@@ -43,6 +44,22 @@ void TryList(const amhex::v1::ListJobsRequest& request) {
   Expect(again.ok() && again->before_number == 12345);
 }
 
+void TryRead(const amhex::v1::ReadBlobRequest& request) {
+  const absl::Status verdict = CheckRead(request);
+  ExpectVerdict(verdict);
+  if (!verdict.ok()) return;
+  constexpr int64_t kSizes[] = {0, 1, 1 << 20, std::numeric_limits<int64_t>::max()};
+  for (const int64_t size : kSizes) {
+    const auto range = RangeToRead(request, size);
+    if (range.ok()) {
+      Expect(range->begin == request.offset() && range->begin <= range->end && range->end <= size);
+      Expect(request.limit() == 0 || range->end - range->begin <= request.limit());
+    } else {
+      Expect(absl::IsOutOfRange(range.status()) && request.offset() > size);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace amhex::server
 
@@ -69,12 +86,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
                                [](const auto& request) { ExpectVerdict(CheckWatch(request)); });
       break;
     case 3:
-      Try<v1::ReadBlobRequest>(bytes,
-                               [](const auto& request) { ExpectVerdict(CheckRead(request)); });
+      Try<v1::ReadBlobRequest>(bytes, TryRead);
       break;
     case 4:
       Try<v1::WriteBlobRequest>(bytes, [&](const auto& request) {
         ExpectVerdict(CheckBlobToWrite(request.blob(), limits));
+        ExpectVerdict(CheckBlobRef(request.blob()));  // as QueryWriteStatus does
       });
       break;
     case 5:
