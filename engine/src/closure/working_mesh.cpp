@@ -4,6 +4,13 @@
 #include <bit>
 
 namespace amhex {
+namespace {
+
+// Three of each in a large mesh of hexahedra; one more for the hull and for smaller cells.
+constexpr size_t kFacesPerCell = 4;
+constexpr size_t kEdgesPerCell = 4;
+
+}  // namespace
 
 CellEdges EdgesOf(const CellCorners& corners) {
   CellEdges edges;
@@ -34,8 +41,11 @@ Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
 }
 
 WorkingMesh::WorkingMesh(const CellComplex& complex) : vertices_(complex.vertices) {
-  cells_.reserve(complex.cells.size());
-  half_faces_.reserve(complex.cells.size());
+  const size_t count = complex.cells.size();
+  cells_.reserve(count), types_.reserve(count), alive_.reserve(count), half_faces_.reserve(count);
+  face_index_.reserve(count * kFacesPerCell);
+  owners_.reserve(2 * count * kFacesPerCell);
+  cells_at_edge_.reserve(count * kEdgesPerCell);
   for (const CellCorners& corners : complex.cells) AddCell(corners);
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "base/sort_polling.h"
+
 namespace amhex {
 namespace {
 
@@ -24,9 +26,10 @@ struct Cut {
 };
 
 std::vector<OpenEdge> CollectOpenEdges(const Cubes& cubes, const MergeSets& sets,
-                                       const FaceMatches& matches) {
+                                       const FaceMatches& matches, const StopPoll& poll) {
   std::vector<OpenEdge> edges;
   for (int cube = 0; cube < cubes.count(); ++cube) {
+    poll.At(cube);
     for (int direction = 0; direction < kDirectionCount; ++direction) {
       if (matches[cube][direction] >= 0) continue;
       const auto& ring = kCubeFaces[direction];
@@ -37,7 +40,7 @@ std::vector<OpenEdge> CollectOpenEdges(const Cubes& cubes, const MergeSets& sets
       }
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const OpenEdge& a, const OpenEdge& b) {
+  SortPolling(edges.begin(), edges.end(), poll, [](const OpenEdge& a, const OpenEdge& b) {
     return std::tuple(a.low, a.high, a.cube, a.direction, a.corner) <
            std::tuple(b.low, b.high, b.cube, b.direction, b.corner);
   });
@@ -89,20 +92,20 @@ CornerPairs PairCorners(const Cut& cut) {
 
 }  // namespace
 
-int CloseCuts(const Cubes& cubes, double max_gap, Collapse collapse, MergeSets* sets,
+int CloseCuts(const Cubes& cubes, const CutRules& rules, const StopPoll& poll, MergeSets* sets,
               FaceMatches* matches) {
   int total = 0;
   for (int round = 0; round < kMaxRounds; ++round) {
-    const std::vector<OpenEdge> edges = CollectOpenEdges(cubes, *sets, *matches);
+    const std::vector<OpenEdge> edges = CollectOpenEdges(cubes, *sets, *matches, poll);
     int merged = 0;
-    for (const Cut& cut : CollectCuts(cubes, edges, max_gap)) {
+    for (const Cut& cut : CollectCuts(cubes, edges, rules.max_gap)) {
       int& match_a = (*matches)[cut.a.cube][cut.a.direction];
       int& match_b = (*matches)[cut.b.cube][cut.b.direction];
       if (match_a >= 0 || match_b >= 0) continue;
       const CornerPairs pairs = PairCorners(cut);
       const bool edge_is_shared = sets->Find(pairs[0].first) == sets->Find(pairs[0].second) &&
                                   sets->Find(pairs[1].first) == sets->Find(pairs[1].second);
-      if (!edge_is_shared || !sets->CanMerge(pairs, collapse)) continue;
+      if (!edge_is_shared || !sets->CanMerge(pairs, rules.collapse)) continue;
       sets->Merge(pairs);
       match_a = 6 * cut.b.cube + cut.b.direction;
       match_b = 6 * cut.a.cube + cut.a.direction;

@@ -5,7 +5,9 @@
 #include <numbers>
 #include <tuple>
 
+#include "base/sort_polling.h"
 #include "geometry/point_bins.h"
+#include "topology/parallel_blocks.h"
 
 namespace amhex {
 namespace {
@@ -19,6 +21,8 @@ constexpr double kMaxScore = 0.8;
 // A link needs this many votes to count, and then halves the score.
 constexpr int kMinLinkVotes = 2;
 constexpr double kLinkFactor = 0.5;
+// Cubes per block of the parallel loop: about a millisecond.
+constexpr int64_t kCubesPerBlock = 256;
 
 class LinkTable {
  public:
@@ -92,20 +96,27 @@ CornerPairs CornersToMerge(const FacePair& pair) {
   return corners;
 }
 
-std::vector<FacePair> CollectFacePairs(const Cubes& cubes, const std::vector<FaceLink>& links) {
+absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
+                                                       const std::vector<FaceLink>& links,
+                                                       const RunContext& run) {
   std::vector<FacePair> pairs;
   const LinkTable link_table(links);
   const PointBins bins(cubes.centre, 1.0);
-  for (int a = 0; a < cubes.count(); ++a) {
-    // A pair is collected from its larger cube (ties: smaller index), whose reach covers both.
-    const double reach = kMaxCentreDistance * 2 * cubes.mean_half[a];
-    bins.ForEachWithin(cubes.centre[a], reach, [&](int b) {
-      if (std::tuple(-cubes.mean_half[a], a) < std::tuple(-cubes.mean_half[b], b)) {
-        CollectBetween(cubes, link_table, a, b, &pairs);
-      }
-    });
-  }
-  std::sort(pairs.begin(), pairs.end(), [](const FacePair& a, const FacePair& b) {
+  const auto collect = [&](int64_t begin, int64_t end, std::vector<FacePair>* found) {
+    for (auto a = static_cast<int>(begin); a < end; ++a) {
+      // A pair is collected from its larger cube (ties: smaller index), whose reach covers both.
+      const double reach = kMaxCentreDistance * 2 * cubes.mean_half[a];
+      bins.ForEachWithin(cubes.centre[a], reach, [&](int b) {
+        if (std::tuple(-cubes.mean_half[a], a) < std::tuple(-cubes.mean_half[b], b)) {
+          CollectBetween(cubes, link_table, a, b, found);
+        }
+      });
+    }
+  };
+  const absl::Status status =
+      CollectFromBlocks(cubes.count(), kCubesPerBlock, run, &pairs, collect);
+  if (!status.ok()) return status;
+  SortPolling(pairs.begin(), pairs.end(), StopPoll(run), [](const FacePair& a, const FacePair& b) {
     return std::tuple(a.score, a.cube_a, a.cube_b, a.direction_a, a.direction_b) <
            std::tuple(b.score, b.cube_a, b.cube_b, b.direction_a, b.direction_b);
   });

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
 #include "geometry/cubes.h"
 #include "geometry/merge_sets.h"
 #include "relax/sites.h"
@@ -31,7 +33,9 @@ MatchScore ScoreFaces(const Cubes& cubes, int cube_a, int direction_a, int cube_
 CornerPairs CornersToMerge(const FacePair& pair);
 
 // All plausible pairs, ascending by (score, cubes, directions). Pairs that the fields link are
-// preferred. O(n) for bounded density.
-std::vector<FacePair> CollectFacePairs(const Cubes& cubes, const std::vector<FaceLink>& links);
+// preferred. O(n log n) for bounded density. Fails only with the run's status.
+absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
+                                                       const std::vector<FaceLink>& links,
+                                                       const RunContext& run);
 
 }  // namespace amhex

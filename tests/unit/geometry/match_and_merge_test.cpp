@@ -54,7 +54,9 @@ TEST(MergeSets, TwoByTwoByTwoCubesShareOneCentreVertexAndTotalTwentySeven) {
   const Cubes cubes = MaterializeCubes(GridSites(2));
   MergeSets sets(cubes);
   int merged = 0;
-  for (const FacePair& pair : CollectFacePairs(cubes, {})) {
+  const absl::StatusOr<std::vector<FacePair>> pairs = CollectFacePairs(cubes, {}, RunContext());
+  ASSERT_TRUE(pairs.ok());
+  for (const FacePair& pair : *pairs) {
     if (pair.score > 1e-9) break;
     ASSERT_TRUE(sets.CanMerge(CornersToMerge(pair), Collapse::kForbidden));
     sets.Merge(CornersToMerge(pair));
