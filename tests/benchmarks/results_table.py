@@ -4,9 +4,10 @@
     tests/benchmarks/results_table.py --amhex build/release/client/amhex --models FOLDER
     tests/benchmarks/results_table.py --server localhost:50051 part.obj:9500 scan.drc
 
-Each model is FILE, FILE:CELLS, or for volume meshes FILE@USE (reassemble, subdivide). Without any, the default list is looked for in --models. Every
-figure is read from what `amhex mesh --json` wrote for a mesh that it had checked; a model without a
-valid mesh appears with its error. Standard library only.
+Each model is FILE, FILE:CELLS, FILE:CELLS@paper (the paper's own start, relaxation and search for
+cells), or for volume meshes FILE@USE (reassemble, subdivide). Without any, the default list is
+looked for in --models. Every figure is read from what `amhex mesh --json` wrote for a mesh that it
+had checked; a model without a valid mesh appears with its error. Standard library only.
 """
 
 import argparse
@@ -20,6 +21,8 @@ import subprocess
 import sys
 import time
 import typing
+
+from paper_table import OTHERS, PAPER
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 
@@ -50,31 +53,17 @@ DEFAULT_MODELS = [
     "twistcube_tet.mesh@reassemble",
     "twistcube_tet.mesh@subdivide",
     "bunny_tet.mesh@subdivide",
+    "twistcube.obj:1300@paper",
+    "cylinder.obj:1670@paper",
+    "fandisk.obj:9500@paper",
 ]
+
+# Sites on a grid, 150 iterations on 12^3 lattice points per site, the search of section 5.2 alone.
+PAPER_SETTINGS = ["--initialization", "grid", "--iterations", "150", "--lattice-points", "1728",
+                  "--extraction", "paper", "--trials", "1"]
 
 # The paper's threshold for cells that are put together from a volume mesh's (section 6.2).
 REASSEMBLY_QUALITY = 0.1
-
-# Table 1 of the paper, rows "Ours": cells, hexahedra by number and by volume in percent, least and
-# average scaled Jacobian, seconds. The paper's machine is its own; its cylinder is the native run.
-PAPER = {
-    "bunny": [(3201, 71.4, 84.9, 0.258, 0.935, 153), (49243, 76.7, 88.2, 0.252, 0.939, 1639)],
-    "cylinder": [(1671, 85.8, 93.1, 0.298, 0.964, 16)],
-    "fandisk": [(9523, 89.5, 95.3, 0.303, 0.973, 780)],
-    "hand": [(47132, 81.5, 90.8, 0.253, 0.950, 521)],
-    "holeblock": [(7491, 87.8, 93.9, 0.250, 0.970, 175)],
-    "igea": [(27015, 76.8, 88.2, 0.251, 0.941, 1228)],
-    "jumpramp": [(1460, 97.3, 98.7, 0.776, 0.994, 9)],
-    "rod": [(7409, 87.2, 94.1, 0.355, 0.968, 541)],
-    "sculpt": [(5247, 77.1, 89.1, 0.251, 0.934, 667)],
-    "trefoil": [(8526, 65.0, 81.1, 0.252, 0.917, 362)],
-    "twistcube": [
-        (1301, 88.9, 95.6, 0.488, 0.978, 7),
-        (5695, 96.2, 98.5, 0.571, 0.992, 16),
-        (15841, 96.2, 98.4, 0.316, 0.990, 76),
-    ],
-    "twistcube_tet": [(2836, 21.4, 41.3, 0.125, 0.801, "–")],
-}
 
 # Small enough that sixteen of them may live in a repository.
 PICTURE_SIZE = "480x360"
@@ -111,15 +100,16 @@ def parse_arguments():
 class Model(typing.NamedTuple):
     path: pathlib.Path
     cells: int | None  # wanted
-    use: str | None  # of a volume mesh
+    use: str | None  # of a volume mesh, or "paper"
+
+    def wanted(self):
+        return " ".join(str(part) for part in (self.cells, self.use) if part)
 
 
 def split_model(text):
     """'a/b.obj:500' -> b.obj with 500 cells; 'a/b.mesh@subdivide' -> b.mesh, subdivided."""
-    if match := re.fullmatch(r"(.+):(\d+)", text):
-        return Model(pathlib.Path(match[1]), int(match[2]), None)
-    path, _, use = text.partition("@")
-    return Model(pathlib.Path(path), None, use or None)
+    match = re.fullmatch(r"(.+?)(?::(\d+))?(?:@(\w+))?", text)
+    return Model(pathlib.Path(match[1]), int(match[2]) if match[2] else None, match[3])
 
 
 def mesh(arguments, model):
@@ -134,7 +124,9 @@ def mesh(arguments, model):
     command += ["--backend", arguments.backend]
     if model.cells:
         command += ["--cells", str(model.cells)]
-    if model.use:
+    if model.use == "paper":
+        command += PAPER_SETTINGS
+    elif model.use:
         command += ["--volume-use", model.use, "--min-quality", str(REASSEMBLY_QUALITY)]
     print(" ".join(command), flush=True)
     started = time.monotonic()
@@ -151,7 +143,8 @@ def mesh(arguments, model):
 
 
 def picture_path(arguments, path, cells):
-    return arguments.pictures / (path.stem + (f"-{cells}" if cells else "") + ".png")
+    suffix = f"-{cells.replace(' ', '-')}" if cells else ""
+    return arguments.pictures / (path.stem + suffix + ".png")
 
 
 def draw(arguments, path, cells):
@@ -174,6 +167,8 @@ def picture_rows(arguments, done):
             continue
         link = os.path.relpath(picture, arguments.output.parent)
         caption = f"{path.name}, {report['statistics']['cell_count']} cells"
+        if cells and cells.endswith("paper"):
+            caption += ", the paper's settings"
         shown.append(f"![{caption}]({link})<br>{caption}")
     shown += [""] * (-len(shown) % PICTURES_PER_ROW)
     return [shown[i:i + PICTURES_PER_ROW] for i in range(0, len(shown), PICTURES_PER_ROW)]
@@ -184,6 +179,30 @@ def paper_row(path, cells):
     is_volume = path.suffix in (".mesh", ".vtk", ".vtu", ".msh")
     rows = PAPER.get(path.stem if is_volume else re.split(r"[_-]", path.stem)[0], [])
     return min(rows, key=lambda row: abs(row[0] - cells), default=None)
+
+
+def figure(value, digits):
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def others_rows(done):
+    """Rows of other methods, each model's after ours of about that size."""
+    rows = []
+    for model, others in OTHERS.items():
+        ours = [(path, report, seconds) for path, wanted, report, seconds in done
+                if re.split(r"[_.-]", path.name)[0] == model and "paper" not in (wanted or "")
+                and path.suffix not in (".mesh", ".vtk", ".vtu", ".msh")]
+        for path, report, seconds in ours:
+            s = report["statistics"]
+            rows.append([f"**{path.name}**", str(s["cell_count"]), percent(s["hexahedra_ratio"]),
+                         percent(s["hexahedra_volume_ratio"]), f"{s['min_scaled_jacobian']:.3f}",
+                         f"{s['average_scaled_jacobian']:.3f}", f"{seconds:.0f}"])
+        if ours:
+            rows += [[f"{model}, [{name.split(',')[0]}]{name[len(name.split(',')[0]):]}",
+                      figure(cells, 0), figure(by_number, 1), figure(by_volume, 1),
+                      figure(least, 3), figure(average, 3), figure(seconds, 0)]
+                     for name, cells, by_number, by_volume, least, average, seconds in others]
+    return rows
 
 
 def percent(ratio):
@@ -219,7 +238,7 @@ def cost_row(path, report, seconds, stage_names):
     return row + [f"{sum(wall.values()):.2f}", f"{seconds:.2f}", f"{peak / 2**20:.0f}"]
 
 
-def comparison_row(path, report, seconds):
+def comparison_row(path, wanted, report, seconds):
     s = report["statistics"]
     paper = paper_row(path, s["cell_count"])
     ours = [str(s["cell_count"]), percent(s["hexahedra_ratio"]),
@@ -227,7 +246,8 @@ def comparison_row(path, report, seconds):
             f"{s['average_scaled_jacobian']:.3f}", f"{seconds:.0f}"]
     theirs = [str(paper[0]), f"{paper[1]:.1f}", f"{paper[2]:.1f}", f"{paper[3]:.3f}",
               f"{paper[4]:.3f}", str(paper[5])]
-    return [path.name] + [f"{a} ({b})" for a, b in zip(ours, theirs)]
+    name = path.name + (", the paper's settings" if (wanted or "").endswith("paper") else "")
+    return [name] + [f"{a} ({b})" for a, b in zip(ours, theirs)]
 
 
 def table(header, rows):
@@ -277,7 +297,8 @@ def write_document(arguments, results):
         "the minimum and the average over cells of the least scaled Jacobian. Distances are in "
         "percent of the diagonal of the input's box; sharp edges: the root mean square distance from "
         "the input's to the mesh's, in edge lengths. What is wanted: a number of cells, or of a volume "
-        f"mesh, its cells reassembled (minimum quality {REASSEMBLY_QUALITY}) or subdivided.",
+        f"mesh, its cells reassembled (minimum quality {REASSEMBLY_QUALITY}) or subdivided. “paper”: "
+        "the paper's own start, relaxation and search (`" + " ".join(PAPER_SETTINGS) + "`).",
         table(["model", "wanted", "cells", "by type", "hex %", "hex vol %", "MSJ", "ASJ",
                "MSJ hex", "ASJ hex", "mesh → input max", "input → mesh max (mean)", "sharp edges", "genus"],
               [quality_row(*entry[:3]) for entry in done]),
@@ -298,8 +319,16 @@ def write_document(arguments, results):
             "where the counts say so, and cylinder, jumpramp and holeblock are look-alikes of the "
             "paper's models.",
             table(["model", "cells", "hex %", "hex vol %", "MSJ", "ASJ", "seconds"],
-                  [comparison_row(path, report, seconds)
-                   for path, _, report, seconds in compared]),
+                  [comparison_row(*entry) for entry in compared]),
+        ]
+    others = others_rows(done)
+    if others:
+        parts += [
+            "## Beside other methods",
+            "The other rows of the paper's Table 1, with the paper's keys, below ours (bold) of the "
+            "same model. Their meshes may hold other polyhedra, hang or fold where the paper says so; "
+            "a negative least scaled Jacobian is an inverted cell.",
+            table(["mesh", "cells", "hex %", "hex vol %", "MSJ", "ASJ", "seconds"], others),
         ]
     pictures = picture_rows(arguments, done) if arguments.pictures else []
     if pictures:
@@ -329,9 +358,9 @@ def main():
         model = split_model(name)
         path = model.path
         report, error, seconds = mesh(arguments, model)
-        results.append((path, model.cells or model.use, report, error, seconds))
+        results.append((path, model.wanted(), report, error, seconds))
         if arguments.pictures and report:
-            draw(arguments, path, model.cells or model.use)
+            draw(arguments, path, model.wanted())
         verdict = f"failed: {error}" if error else "valid"
         print(f"  {path.name}: {verdict}, {seconds:.1f} s", flush=True)
         # After every model, so that an interrupted run leaves what it measured.
