@@ -22,8 +22,6 @@ constexpr absl::Duration kQueueInterval = absl::Seconds(1);
 constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
 // WatchJob promises a frame every 15 s.
 constexpr absl::Duration kQuietFeedInterval = absl::Seconds(10);
-constexpr int kFinishRetries = 10;
-constexpr absl::Duration kFinishRetryDelay = absl::Milliseconds(200);
 // Frames of a job that does not run are kept this long for readers that reconnect.
 constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 
