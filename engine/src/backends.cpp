@@ -29,7 +29,10 @@ absl::StatusOr<BackendChoice> ChooseBackend(Backend requested) {
     return absl::FailedPreconditionError(
         absl::StrCat("run.backend: cuda was requested and is not usable: ", reason));
   }
-  return BackendChoice{Backend::kCpu, absl::StrCat(DescribeCpu(), "; cuda not used: ", reason)};
+  // Nothing is amiss there; ListBackends has the loader's own words.
+  const std::string note =
+      absl::IsNotFound(cuda.status()) ? "no CUDA library is installed" : "cuda not used: " + reason;
+  return BackendChoice{Backend::kCpu, absl::StrCat(DescribeCpu(), "; ", note)};
 }
 
 std::vector<BackendInfo> ListBackends() {

@@ -3,8 +3,8 @@
 
     tests/benchmarks/report_frames.py AMHEX [CELLS_PER_SIDE]
 
-The page is turned by hand, so to say: the camera moves, the scene is drawn, and one pixel is read back so that nothing is left to be done.
-Then the cut is moved step by step, which builds the shown faces anew. Prints milliseconds per frame: the median by the clock, and the processor time of
+The page is turned by hand, so to say: the camera moves, the scene is drawn, and one pixel is read back so that nothing is left to be done;
+in the larger pixels that the page uses while something moves, and once in its smallest. Then the cut is moved step by step. Prints milliseconds per frame: the median by the clock, and the processor time of
 all the browser's processes, which is the same beside other work.
 """
 import http.server
@@ -43,11 +43,12 @@ DRIVER = """
     const processorSeconds = Number(await (await fetch("/processor_seconds")).text()) - processorBegin;
     return {median: times[count >> 1], processor: 1000 * processorSeconds / count, triangles: Number(document.body.dataset.triangles)};
   };
-  const turn = () => {
+  const still = () => {
     viewer.camera.position.applyAxisAngle(new THREE.Vector3(0, 0, 1), 0.05);
     viewer.camera.lookAt(0, 0, 0);
     viewer.draw();
   };
+  const turn = () => { viewer.move(); still(); };
   const result = {size: [canvas.width, canvas.height]};
   const FRAMES = 20;
   set("cut-axis", "0");
@@ -56,6 +57,8 @@ DRIVER = """
   result["turning, whole"] = await timed(FRAMES, turn);
   set("cut-axis", "0");
   result["moving the cut"] = await timed(FRAMES, i => { set("cut-place", 0.2 + 0.6 * i / FRAMES); viewer.draw(); });
+  viewer.setCoarseness(1);
+  result["still, with all pixels"] = await timed(FRAMES, still);
   await fetch("/result", {method: "POST", body: JSON.stringify(result)});
 })();
 </script>

@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "absl/strings/str_cat.h"
 #include "cells/mesh_check.h"
 #include "formats/mesh_file.h"
 #include "formats/vtk_arrays.h"
@@ -123,6 +125,96 @@ TEST(Medit, NamesTheLineOfAnError) {
   EXPECT_THAT(message("Splines\n1\n"), HasSubstr("unknown section \"Splines\""));
   EXPECT_THAT(message("Vertices\n1\n0 0 0 0\n"), HasSubstr("without the word End"));
   EXPECT_THAT(message("End\n"), HasSubstr("no volume cell"));
+}
+
+TEST(Vtk, GivesBackCellsFactsAndData) {
+  MeshDocument document = Document();
+  document.facts.push_back({"convergence.movement", std::vector<double>{0.5, 0.25}});
+  document.mesh.quality[2] = 0.125F;  // as the file has it, not as geometry would
+  document.distances = {0.5F, std::nanf(""), 0, 1e-9F, 3, 7};
+  const auto read = ReadVtk(FormatVtk(document));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->mesh.vertices, document.mesh.vertices);
+  EXPECT_EQ(read->mesh.types, document.mesh.types);
+  EXPECT_EQ(read->mesh.quality, document.mesh.quality);
+  EXPECT_TRUE(CheckMesh(read->mesh).ok()) << CheckMesh(read->mesh);
+  ASSERT_EQ(read->facts.size(), document.facts.size());
+  for (size_t i = 0; i < read->facts.size(); ++i) {
+    EXPECT_EQ(read->facts[i].name, document.facts[i].name);
+    EXPECT_EQ(read->facts[i].value, document.facts[i].value);
+  }
+  ASSERT_EQ(read->distances.size(), 6u);
+  EXPECT_TRUE(std::isnan(read->distances[1]));
+  EXPECT_EQ(read->distances[3], 1e-9F);
+}
+
+constexpr char kVtkOfOthers[] =
+    "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+    "POINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n";
+
+TEST(Vtk, ReadsWhatOthersSayAboutCells) {
+  const std::string one_cell =
+      absl::StrCat(kVtkOfOthers, "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n");
+  for (const char* data :
+       {"CELL_DATA 1\nSCALARS scaled_jacobian double\nLOOKUP_TABLE default\n0.25\n",
+        "CELL_DATA 1\nFIELD FieldData 1\nscaled_jacobian 1 1 float\n0.25\n",
+        "CELL_DATA 1\nSCALARS colour int 3\nLOOKUP_TABLE default\n1 2 3\n"
+        "SCALARS scaled_jacobian float 1\nLOOKUP_TABLE default\n0.25\n"}) {
+    const auto read = ReadVtk(absl::StrCat(one_cell, data));
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->mesh.quality.at(0), 0.25F) << data;
+  }
+  const auto of_points = ReadVtk(absl::StrCat(
+      one_cell, "POINT_DATA 4\nSCALARS scaled_jacobian float\nLOOKUP_TABLE default\n9 9 9 9\n"));
+  ASSERT_TRUE(of_points.ok()) << of_points.status();
+  EXPECT_LE(of_points->mesh.quality.at(0), 1);
+}
+
+TEST(Vtk, DataOfOtherNumbersOfCellsIsNotTaken) {
+  // A triangle beside the tetrahedron: two data, one cell.
+  const auto read = ReadVtk(
+      absl::StrCat(kVtkOfOthers, "CELLS 2 9\n3 0 1 2\n4 0 1 2 3\nCELL_TYPES 2\n5 10\n",
+                   "CELL_DATA 2\nSCALARS scaled_jacobian float\nLOOKUP_TABLE default\n9 9\n"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->mesh.quality.size(), 1u);
+  EXPECT_LE(read->mesh.quality[0], 1);
+}
+
+TEST(Vtk, CellsThatAreNoHexahedraAreNamed) {
+  const auto read = ReadVtk(
+      absl::StrCat(kVtkOfOthers, "CELLS 2 23\n4 0 1 2 3\n17 4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3\n",
+                   "CELL_TYPES 2\n10 42\n"));
+  EXPECT_THAT(std::string(read.status().message()), HasSubstr("cell 1 is not one of the six"));
+}
+
+TEST(Vtk, ChangedOrLostBytesNeverCrash) {
+  MeshDocument document = Document();
+  document.distances.assign(6, 1);
+  const std::string bytes = FormatVtk(document);
+  std::mt19937 random(6);
+  for (int round = 0; round < 3000; ++round) {
+    std::string damaged = bytes;
+    for (int i = 0; i < 2; ++i) damaged[random() % damaged.size()] = static_cast<char>(random());
+    if (round % 2 == 0) damaged.resize(random() % damaged.size());
+    const auto read = ReadVtk(damaged);
+    if (!read.ok()) {
+      EXPECT_FALSE(read.status().message().empty());
+    }
+  }
+}
+
+TEST(Gmsh, GivesBackEveryBitOfTheVerticesAndTheCellsByType) {
+  MeshDocument document{Block(3, 4), {}};
+  document.mesh.vertices[3].x += 1.0 / 300;
+  const auto read = ReadGmsh(FormatGmsh(document).value());
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->mesh.vertices, document.mesh.vertices);
+  ASSERT_EQ(read->mesh.types.size(), document.mesh.types.size());
+  for (PrimitiveType type : kPrimitiveTypes) {
+    EXPECT_EQ(std::count(read->mesh.types.begin(), read->mesh.types.end(), type),
+              std::count(document.mesh.types.begin(), document.mesh.types.end(), type));
+  }
+  EXPECT_TRUE(CheckMesh(read->mesh).ok()) << CheckMesh(read->mesh);
 }
 
 TEST(VtkArrays, GiveBackAnyLength) {

@@ -262,10 +262,18 @@ test_tools() {
   for format in msh inp; do
     run convert part.vtu -o "part.$format" --solver-ready
     check "convert writes .$format" test -s "part.$format"
+    if [[ $format == msh ]]; then
+      run picture part.msh -o from_msh.png
+      check "a picture of a .msh is drawn" test -s from_msh.png
+    fi
     rm "part.$format"
     refuses ".$format has no word for all cells" 7 "solver-ready" convert part.vtu -o "part.$format"
     check "and nothing is written" test ! -e "part.$format"
   done
+  check "a .vtk knows all that a .vtu does" bash -c \
+    'diff <("$0" info part.vtu | tail -n +2) <("$0" info part.vtk | tail -n +2)' "$amhex"
+  run report part.vtk -o from_vtk.html
+  check "and a report is made of it" grep -q "<canvas" from_vtk.html
   run convert part.vtu -o case/constant/polyMesh --solver-ready
   check "convert writes a polyMesh" test -s case/constant/polyMesh/neighbour
   refuses "an unknown format" 2 "unknown extension" convert part.vtu -o part.step

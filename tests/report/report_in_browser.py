@@ -20,8 +20,23 @@ SKIPPED = 77
 FLAGS = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
          "--enable-unsafe-swiftshader", "--window-size=1280,900", "--virtual-time-budget=60000",
          "--host-resolver-rules=MAP * ~NOTFOUND"]
-# Without a window there are no frames to animate: what is to be drawn is drawn next.
-FRAMES = "<script>window.requestAnimationFrame = callback => setTimeout(() => callback(performance.now()), 0);</script>"
+# Without a window there are no frames to animate: what is to be drawn is drawn next. What is asked of the device is counted.
+FRAMES = """
+<script>
+window.requestAnimationFrame = callback => setTimeout(() => callback(performance.now()), 0);
+const asked = {calls: 0, triangles: 0, bytes: 0}, device = WebGLRenderingContext.prototype;
+const count = (name, note) => {
+  const original = device[name];
+  device[name] = function (...values) { note(...values); return original.apply(this, values); };
+};
+count("drawElements", (mode, indices) => { ++asked.calls; asked.triangles += indices / 3; });
+count("drawArrays", (mode, first, vertices) => { ++asked.calls; asked.triangles += vertices / 3; });
+count("bufferData", (target, data) => { asked.bytes += data.byteLength; });
+count("bufferSubData", (target, offset, data) => { asked.bytes += data.byteLength; });
+</script>
+"""
+# Gives the page's viewer a name for the driver.
+VIEWER_MADE, VIEWER_NAMED = "const viewer = new MeshViewer", "const viewer = window.shownViewer = new MeshViewer"
 # Works every control as a user would, through events on the elements, and notes the outcome.
 DRIVER = """
 <script>
@@ -67,6 +82,56 @@ DRIVER = """
       note(`mean colour ${colour} ` + await meanColour());
     }
     note("scale " + element("scale").textContent);
+    const viewer = window.shownViewer, {mesh, shown} = viewer;
+    // By definition: the triangles between a shown cell and all that is not shown, each by its cell.
+    const expectedOwners = view => {
+      const normal = viewer.cutNormal(view), place = normal ? viewer.cutPlace(view) : 0, owners = [], face = new Int32Array(4);
+      const isShown = cell => {
+        if (!view.types[mesh.types[cell]] || mesh.layers[cell] < view.peel || mesh.quality[cell] > view.worst) return false;
+        if (!normal) return true;
+        const [x, y, z] = mesh.centres.subarray(3 * cell, 3 * cell + 3);
+        const offset = Math.fround(x * normal[0] + y * normal[1] + z * normal[2]);
+        return view.cutFlip ? offset >= place : offset <= place;
+      };
+      const keep = Uint8Array.from({length: mesh.cellCount}, (_, cell) => isShown(cell));
+      for (let side = 0; side < 6 * mesh.cellCount; ++side) {
+        const cell = Math.floor(side / 6), other = mesh.neighbours[side];
+        if (!keep[cell] || other === -2 || (other >= 0 && keep[other])) continue;
+        for (let k = faceVertices(mesh.corners, cell, side % 6, face); k > 2; --k) owners.push(cell);
+      }
+      return [owners.sort((a, b) => a - b).join(), keep.reduce((a, b) => a + b, 0)];
+    };
+    const drawnOwners = () => [...shown.outer.owners.subarray(shown.range.start / 3, (shown.range.start + shown.range.count) / 3),
+      ...shown.bare.owners.subarray(0, shown.bare.indexCount / 3)].sort((a, b) => a - b).join();
+    const axes = mesh.cellCount < 20000 ? ["none", "0", "1", "2", "view"] : ["1"];
+    let compared = 0, different = 0;
+    for (const axis of axes) for (const hexahedra of [true, false]) for (const [peel, worst] of [[0, 1], [1, 1], [0, 0.95], [1, 0.9]]) {
+      for (const flip of [false, true]) for (const place of axis === "none" ? [0.5] : [0, 0.31, 0.5, 0.87, 1]) {
+        const values = {"cut-axis": axis, "type-hexahedron": hexahedra, peel, worst, "cut-flip": flip, "cut-place": place};
+        for (const [id, value] of Object.entries(values)) {
+          if (typeof value === "boolean") element(id).checked = value; else element(id).value = value;
+        }
+        set("cut-place", place);
+        const [owners, count] = expectedOwners(readView());
+        ++compared;
+        different += owners !== drawnOwners() || count !== Number(document.body.dataset.shown) ? 1 : 0;
+      }
+    }
+    note(`views compared ${compared} different ${different}`);
+    set("type-hexahedron", true); set("cut-flip", false); set("peel", 0); set("worst", 1); set("cut-axis", "0"); set("cut-place", 0.4);
+    const ask = step => { Object.assign(asked, {calls: 0, triangles: 0, bytes: 0}); step(); viewer.draw(); };
+    viewer.draw();
+    await until(() => viewer.coarseness === 1);
+    const fullWidth = element("canvas").width;
+    ask(() => { viewer.move(); viewer.camera.position.applyAxisAngle(new THREE.Vector3(0, 0, 1), 0.3); viewer.camera.lookAt(0, 0, 0); });
+    note(`turning ${JSON.stringify({...asked, shown: viewer.triangleCount})}`);
+    ask(() => set("cut-place", 0.6));
+    const cutBytes = 20 * shown.bare.vertexCount + 4 * shown.bare.indexCount;
+    note(`cutting ${JSON.stringify({...asked, shown: viewer.triangleCount, cutBytes, outerBytes: 20 * shown.outer.vertexCount})}`);
+    const movingWidth = element("canvas").width;
+    await until(() => viewer.coarseness === 1);
+    note(`widths ${JSON.stringify({fullWidth, movingWidth, stillWidth: element("canvas").width})}`);
+    element("all-cells").click();
     set("ghost", true); set("edges", false); note("glass without edges");
     const frame = element("canvas").getBoundingClientRect();
     // Somewhere on a grid of points there is the mesh, whatever its shape.
@@ -136,7 +201,9 @@ def coloured_share(path):
 def drive(page, folder):
     """Runs DRIVER in the page; its notes by name."""
     driven = folder / f"{page.stem}_driven.html"
-    driven.write_text(page.read_text().replace("<head>", "<head>" + FRAMES).replace("</body>", DRIVER + "</body>"))
+    text = page.read_text()
+    check("the page makes its viewer where it did", text.count(VIEWER_MADE) == 1)
+    driven.write_text(text.replace("<head>", "<head>" + FRAMES).replace(VIEWER_MADE, VIEWER_NAMED).replace("</body>", DRIVER + "</body>"))
     answer = chromium("--dump-dom", driven.as_uri())
     found = re.search(r'<pre id="driver-result">(.*?)</pre>', answer.stdout, re.S)
     if not found:
@@ -183,6 +250,25 @@ def test_controls(notes, cells):
     check("there are diagrams", int(next(name for name in notes if name.startswith("charts ")).split()[1]) >= 8)
 
 
+def noted(notes, name):
+    """The values that a note whose name begins so has behind it."""
+    return json.loads(next(note for note in notes if note.startswith(name + " ")).split(" ", 1)[1])
+
+
+def test_work(notes):
+    """What is shown is right, and no more is done for it than must be."""
+    compared = next(name for name in notes if name.startswith("views compared "))
+    check("the faces shown are those of the definition", re.fullmatch(r"views compared \d{2,} different 0", compared), compared)
+    turning, cutting, widths = (noted(notes, name) for name in ("turning", "cutting", "widths"))
+    check("turning draws each shown triangle once", turning["triangles"] == turning["shown"] > 0, turning)
+    check("in two calls at most", turning["calls"] <= 2, turning)
+    check("and moves nothing to the device", turning["bytes"] == 0, turning)
+    check("a moving cut draws each shown triangle once", cutting["triangles"] == cutting["shown"] > 0, cutting)
+    check("and moves the faces that it lays bare", 0 < cutting["bytes"] == cutting["cutBytes"] < cutting["outerBytes"], cutting)
+    check("pixels are coarser in motion only", widths["movingWidth"] == widths["fullWidth"] // 2 and
+          widths["stillWidth"] == widths["fullWidth"] > 0, widths)
+
+
 def main():
     amhex, mesh, folder = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
     if shutil.which("chromium") is None:
@@ -200,6 +286,7 @@ def main():
         print("skipped: this Chromium has no WebGL:", notes["start"]["failure"])
         sys.exit(SKIPPED)
     test_controls(notes, cells)
+    test_work(notes)
     chromium(f"--screenshot={shot}", page.as_uri())
     share = coloured_share(shot)
     check("the screenshot shows the mesh", 0.05 < share < 0.95, share)
@@ -211,6 +298,9 @@ def main():
     subprocess.run([amhex, "report", folder / "large.mesh", "-o", large], check=True)
     notes = drive(large, folder)
     check("200,000 cells are shown", notes["whole"]["shown"] == 59 ** 3, notes["whole"])
+    test_work(notes)
+    turned = noted(notes, "turning")["triangles"]
+    check("of which only the faces that can be seen are drawn", turned < 6 * 2 * 59 ** 2, turned)
     sys.exit(check.failures > 0)
 
 

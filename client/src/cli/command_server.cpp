@@ -3,11 +3,13 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numeric>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "cells/cells.h"
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
 #include "cli/help.h"
@@ -18,6 +20,7 @@
 #include "cli/signals.h"
 #include "formats/draco_encoder.h"
 #include "formats/hull_reader.h"
+#include "formats/volume_reader.h"
 
 namespace amhex::client {
 namespace {
@@ -93,12 +96,34 @@ int RunDelete(const ServerFlags& flags) {
   return status.ok() ? kExitSuccess : Fail(status);
 }
 
+void DescribeMesh(const std::string& path, const AtMostHexaMesh& mesh) {
+  std::printf("%s: %zu cells, %zu vertices\n", path.c_str(), mesh.corners.size(),
+              mesh.vertices.size());
+  for (const PrimitiveType type : kPrimitiveTypes) {
+    const auto count = std::count(mesh.types.begin(), mesh.types.end(), type);
+    if (count > 0) std::printf("  %-12s %8td\n", PrimitiveName(type), count);
+  }
+  const double sum = std::accumulate(mesh.quality.begin(), mesh.quality.end(), 0.0);
+  std::printf("  scaled Jacobian  least %.3f, average %.3f\n",
+              *std::min_element(mesh.quality.begin(), mesh.quality.end()),
+              sum / static_cast<double>(mesh.quality.size()));
+}
+
+int DescribeVolume(const std::string& path) {
+  const absl::StatusOr<VolumeMesh> volume = ReadVolumeFile(path);
+  if (!volume.ok()) return Fail(volume.status(), kExitInput);
+  std::printf("%s: %zu cells, not all of them collapsed hexahedra, %zu vertices\n", path.c_str(),
+              volume->cell_faces.size(), volume->vertices.size());
+  return kExitSuccess;
+}
+
 int DescribeFile(const std::string& path) {
   if (MeshFormatOfPath(path)) {
     const absl::StatusOr<MeshDocument> document = ReadMeshFile(path);
+    // Inputs may have cells that results have not.
+    if (!document.ok() && VolumeFormatOfPath(path)) return DescribeVolume(path);
     if (!document.ok()) return Fail(document.status(), kExitInput);
-    std::printf("%s: %zu cells, %zu vertices\n", path.c_str(), document->mesh.corners.size(),
-                document->mesh.vertices.size());
+    DescribeMesh(path, document->mesh);
     for (const MeshFact& fact : document->facts) {
       const std::string text = TextOf(fact);
       std::printf("  %s = %s\n", fact.name.c_str(), text.empty() ? "none" : text.c_str());

@@ -1,7 +1,10 @@
 #include "formats/mesh_completion.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "cells/cells.h"
+#include "formats/status_macros.h"
 
 namespace amhex::client {
 
@@ -27,6 +30,18 @@ absl::Status CompleteMesh(AtMostHexaMesh* mesh) {
     }
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<AtMostHexaMesh> MeshOf(VolumeBuilder builder) {
+  if (builder.hexahedra.size() != builder.mesh.cell_faces.size()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "cell ", builder.hexahedra.size(), " is not one of the six cells of an at-most-hexa mesh"));
+  }
+  AtMostHexaMesh mesh;
+  mesh.vertices = std::move(builder.mesh.vertices);
+  mesh.corners = std::move(builder.hexahedra);
+  AMHEX_RETURN_IF_ERROR(CompleteMesh(&mesh));
+  return mesh;
 }
 
 }  // namespace amhex::client

@@ -41,6 +41,23 @@ absl::StatusOr<std::string> FormatMesh(const MeshDocument& document, MeshFormat 
   return absl::InternalError("not the format of one file");
 }
 
+absl::StatusOr<MeshDocument> ReadMesh(std::string_view bytes, MeshFormat format) {
+  switch (format) {
+    case MeshFormat::kVtu:
+      return ReadVtu(bytes);
+    case MeshFormat::kMedit:
+      return ReadMedit(bytes);
+    case MeshFormat::kVtk:
+      return ReadVtk(bytes);
+    case MeshFormat::kGmsh:
+      return ReadGmsh(bytes);
+    case MeshFormat::kAbaqus:
+    case MeshFormat::kFoam:
+      break;
+  }
+  return absl::InternalError("not a format that is read");
+}
+
 absl::Status WriteFoam(const MeshDocument& document, const std::string& path) {
   AMHEX_ASSIGN_OR_RETURN(const std::vector<FoamFile> files, FormatFoam(document));
   std::error_code error;
@@ -62,6 +79,14 @@ std::vector<double> NumbersOf(const MeshFact& fact) {
   return {};
 }
 
+std::string TextOfCodes(const std::vector<double>& codes) {
+  std::string text;
+  for (double code : codes) {
+    if (code > 0 && code < 256) text += static_cast<char>(static_cast<unsigned char>(code));
+  }
+  return text;
+}
+
 std::string TextOf(const MeshFact& fact) {
   if (const auto* number = std::get_if<double>(&fact.value)) {
     return absl::StrFormat("%.10g", *number);
@@ -81,7 +106,7 @@ std::optional<MeshFormat> MeshFormatOfPath(const std::string& path) {
 }
 
 bool IsReadable(MeshFormat format) {
-  return format == MeshFormat::kVtu || format == MeshFormat::kMedit;
+  return format != MeshFormat::kAbaqus && format != MeshFormat::kFoam;
 }
 
 bool IsWritableMeshPath(const std::string& path) {
@@ -107,8 +132,7 @@ absl::StatusOr<MeshDocument> ReadMeshFile(const std::string& path) {
         absl::StrCat(path, ": volume meshes are read from ", kMeshExtensions));
   }
   AMHEX_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
-  absl::StatusOr<MeshDocument> document =
-      *format == MeshFormat::kVtu ? ReadVtu(bytes) : ReadMedit(bytes);
+  absl::StatusOr<MeshDocument> document = ReadMesh(bytes, *format);
   if (!document.ok()) {
     return absl::Status(document.status().code(),
                         absl::StrCat(path, ": ", std::string(document.status().message())));

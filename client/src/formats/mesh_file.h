@@ -19,7 +19,7 @@ enum class MeshFormat : uint8_t { kVtu, kMedit, kVtk, kGmsh, kAbaqus, kFoam };
 // By file extension, in any case; a folder named polyMesh is kFoam.
 std::optional<MeshFormat> MeshFormatOfPath(const std::string& path);
 // What ReadMeshFile reads.
-inline constexpr const char* kMeshExtensions = ".vtu, .mesh";
+inline constexpr const char* kMeshExtensions = ".vtu, .vtk, .mesh, .msh";
 bool IsReadable(MeshFormat format);
 // What WriteMeshFile writes.
 inline constexpr const char* kMeshOutputExtensions =
@@ -37,11 +37,14 @@ std::vector<double> NumbersOf(const MeshFact& fact);
 // The fact for people: a number with ten digits, a text as it is, a list by its length.
 std::string TextOf(const MeshFact& fact);
 
+// Files hold texts as the codes of their characters, with a zero at the end.
+std::string TextOfCodes(const std::vector<double>& codes);
+
 struct MeshDocument {
   AtMostHexaMesh mesh;
-  std::vector<MeshFact> facts = {};  // .vtu only: field data
-  // .vtu only: [cell_count] as measured by distance/hull_distance.h, NaN where there is none; or
-  // empty when it was not measured.
+  std::vector<MeshFact> facts = {};  // .vtu and .vtk only: field data
+  // .vtu and .vtk only: [cell_count] as measured by distance/hull_distance.h, NaN where there is
+  // none; or empty when it was not measured.
   std::vector<float> distances = {};
 };
 
@@ -79,10 +82,13 @@ absl::Status WriteMeshFile(const MeshDocument& document, const std::string& path
 
 // Read what the writers above write, and files of others as far as they use the same features
 // (.vtu: one piece, ascii or inline zlib arrays; .mesh: vertices, hexahedra, prisms, pyramids,
-// tetrahedra). INVALID_ARGUMENT naming the line or array; types come from the cells' faces and
+// tetrahedra; .vtk and .msh: as formats/volume_reader.h says, but for polyhedra and prisms of five
+// and six sides). INVALID_ARGUMENT naming the line or array; types come from the cells' faces and
 // quality from their geometry when the file does not say.
 absl::StatusOr<MeshDocument> ReadVtu(std::string_view bytes);
+absl::StatusOr<MeshDocument> ReadVtk(std::string_view bytes);
 absl::StatusOr<MeshDocument> ReadMedit(std::string_view bytes);
+absl::StatusOr<MeshDocument> ReadGmsh(std::string_view bytes);
 // INVALID_ARGUMENT, too, for the formats that are written only.
 absl::StatusOr<MeshDocument> ReadMeshFile(const std::string& path);
 

@@ -4,6 +4,8 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
+#include "formats/mesh_completion.h"
+#include "formats/mesh_file.h"
 #include "formats/status_macros.h"
 #include "formats/text_scanner.h"
 #include "formats/volume_builder.h"
@@ -36,14 +38,14 @@ class GmshReader {
  public:
   explicit GmshReader(std::string_view bytes) : scanner_(bytes) {}
 
-  absl::StatusOr<VolumeMesh> Read() {
+  absl::StatusOr<VolumeBuilder> Read() {
     for (std::string_view word = scanner_.NextWord(); !word.empty(); word = scanner_.NextWord()) {
       AMHEX_RETURN_IF_ERROR(ReadSection(word));
     }
     if (builder_.mesh.cell_faces.empty()) {
       return absl::InvalidArgumentError("the file contains no volume cell");
     }
-    return std::move(builder_.mesh);
+    return std::move(builder_);
   }
 
  private:
@@ -191,7 +193,15 @@ class GmshReader {
 }  // namespace
 
 absl::StatusOr<VolumeMesh> ReadGmshVolume(std::string_view bytes) {
-  return GmshReader(bytes).Read();
+  AMHEX_ASSIGN_OR_RETURN(VolumeBuilder builder, GmshReader(bytes).Read());
+  return std::move(builder.mesh);
+}
+
+absl::StatusOr<MeshDocument> ReadGmsh(std::string_view bytes) {
+  AMHEX_ASSIGN_OR_RETURN(VolumeBuilder builder, GmshReader(bytes).Read());
+  MeshDocument document;
+  AMHEX_ASSIGN_OR_RETURN(document.mesh, MeshOf(std::move(builder)));
+  return document;
 }
 
 }  // namespace amhex::client

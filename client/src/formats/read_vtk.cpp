@@ -1,10 +1,12 @@
-// VTK's legacy unstructured grids, as volume meshes.
+// VTK's legacy unstructured grids, as volume meshes and as meshes with what is known about them.
 #include <cstring>
 #include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "formats/byte_reader.h"
+#include "formats/mesh_completion.h"
+#include "formats/mesh_file.h"
 #include "formats/status_macros.h"
 #include "formats/text_scanner.h"
 #include "formats/volume_builder.h"
@@ -17,7 +19,43 @@ class VtkReader {
  public:
   explicit VtkReader(std::string_view bytes) : bytes_(bytes) {}
 
-  absl::StatusOr<VolumeMesh> Read() {
+  absl::StatusOr<VolumeMesh> ReadVolume() {
+    AMHEX_RETURN_IF_ERROR(ReadGrid());
+    return std::move(builder_.mesh);
+  }
+
+  absl::StatusOr<MeshDocument> ReadDocument() {
+    AMHEX_RETURN_IF_ERROR(ReadGrid());
+    MeshDocument document;
+    for (const Array& array : arrays_) document.facts.push_back(FactOf(array));
+    AMHEX_ASSIGN_OR_RETURN(document.mesh, MeshOf(std::move(builder_)));
+    arrays_.clear();
+    AMHEX_RETURN_IF_ERROR(ReadCellData());
+    // Cells of fewer dimensions have data as well, but are not cells of the mesh.
+    if (types_.size() != document.mesh.corners.size()) return document;
+    for (const Array& array : arrays_) {
+      if (array.numbers.size() != types_.size()) continue;
+      const std::vector<float> values(array.numbers.begin(), array.numbers.end());
+      if (array.name == "scaled_jacobian") document.mesh.quality = values;
+      if (array.name == "distance_to_input") document.distances = values;
+    }
+    return document;
+  }
+
+ private:
+  struct Array {
+    std::string name;
+    bool is_text = false;
+    std::vector<double> numbers;
+  };
+
+  static MeshFact FactOf(const Array& array) {
+    if (array.is_text) return {array.name, TextOfCodes(array.numbers)};
+    if (array.numbers.size() == 1) return {array.name, array.numbers.front()};
+    return {array.name, array.numbers};
+  }
+
+  absl::Status ReadGrid() {
     AMHEX_RETURN_IF_ERROR(ReadHeader());
     while (position_ < bytes_.size() && !has_types_) {
       AMHEX_RETURN_IF_ERROR(ReadSection(NextWord()));
@@ -27,10 +65,57 @@ class VtkReader {
     if (builder_.mesh.cell_faces.empty()) {
       return absl::InvalidArgumentError("the file contains no volume cell");
     }
-    return std::move(builder_.mesh);
+    return absl::OkStatus();
   }
 
- private:
+  // What follows the types, as far as it is data of cells in the forms that are known here.
+  absl::Status ReadCellData() {
+    bool is_of_cells = false;
+    while (position_ < bytes_.size()) {
+      const std::string_view keyword = NextWord();
+      if (keyword == "CELL_DATA") {
+        is_of_cells = NextWord() == absl::StrCat(types_.size());
+      } else if (is_of_cells && keyword == "SCALARS") {
+        AMHEX_RETURN_IF_ERROR(ReadScalars());
+      } else if (is_of_cells && keyword == "FIELD") {
+        AMHEX_RETURN_IF_ERROR(ReadField());
+      } else {
+        return absl::OkStatus();
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadScalars() {
+    Array array;
+    array.name = std::string(NextWord());
+    const std::string type(NextWord());
+    AMHEX_ASSIGN_OR_RETURN(const int64_t components, NextComponents());
+    if (NextWord() != "LOOKUP_TABLE" || NextWord().empty()) {
+      return absl::InvalidArgumentError("the scalars " + Quoted(array.name) +
+                                        " have no LOOKUP_TABLE");
+    }
+    const auto count = components * static_cast<int64_t>(types_.size());
+    AMHEX_RETURN_IF_ERROR(ReadNumbers(type, count, &array.numbers));
+    arrays_.push_back(std::move(array));
+    return absl::OkStatus();
+  }
+
+  // Left out in some files: then there is one.
+  absl::StatusOr<int64_t> NextComponents() {
+    constexpr int64_t kMostComponents = 4;
+    int64_t components = 1;
+    const size_t end_of_type = position_;
+    const std::string_view rest = NextLine();
+    position_ = end_of_type;
+    if (absl::StripAsciiWhitespace(absl::string_view(rest.data(), rest.size())).empty()) return 1;
+    if (ParseInteger(NextWord(), &components) && components >= 1 && components <= kMostComponents) {
+      return components;
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat("scalars have 1 to ", kMostComponents, " components"));
+  }
+
   absl::Status ReadHeader() {
     if (!NextLine().starts_with("# vtk DataFile Version")) {
       return absl::InvalidArgumentError("a legacy VTK file begins with # vtk DataFile Version");
@@ -52,7 +137,7 @@ class VtkReader {
     if (keyword == "POINTS") return ReadPoints();
     if (keyword == "CELLS") return ReadCells();
     if (keyword == "CELL_TYPES") return ReadTypes();
-    if (keyword == "FIELD") return SkipField();
+    if (keyword == "FIELD") return ReadField();
     if (keyword == "METADATA") {
       NextLine();
       while (position_ < bytes_.size() && !NextLine().empty()) {
@@ -129,19 +214,21 @@ class VtkReader {
     return absl::OkStatus();
   }
 
-  absl::Status SkipField() {
+  absl::Status ReadField() {
     NextWord();
     AMHEX_ASSIGN_OR_RETURN(const int64_t arrays, NextCount("field arrays", 1));
     for (int64_t i = 0; i < arrays; ++i) {
-      NextWord();
+      Array array;
+      array.name = std::string(NextWord());
       AMHEX_ASSIGN_OR_RETURN(const int64_t components, NextCount("components", 0));
       AMHEX_ASSIGN_OR_RETURN(const int64_t tuples, NextCount("tuples", 0));
       const std::string type(NextWord());
       if (components > 0 && tuples > static_cast<int64_t>(bytes_.size()) / components) {
         return absl::InvalidArgumentError("a field promises more numbers than the file has bytes");
       }
-      std::vector<double> ignored;
-      AMHEX_RETURN_IF_ERROR(ReadNumbers(type, components * tuples, &ignored));
+      array.is_text = type == "unsigned_char";
+      AMHEX_RETURN_IF_ERROR(ReadNumbers(type, components * tuples, &array.numbers));
+      arrays_.push_back(std::move(array));
     }
     return absl::OkStatus();
   }
@@ -227,11 +314,18 @@ class VtkReader {
   size_t position_ = 0;
   bool is_binary_ = false, has_types_ = false;
   std::vector<int64_t> offsets_, connectivity_, types_;
+  std::vector<Array> arrays_;
   VolumeBuilder builder_;
 };
 
 }  // namespace
 
-absl::StatusOr<VolumeMesh> ReadVtkVolume(std::string_view bytes) { return VtkReader(bytes).Read(); }
+absl::StatusOr<VolumeMesh> ReadVtkVolume(std::string_view bytes) {
+  return VtkReader(bytes).ReadVolume();
+}
+
+absl::StatusOr<MeshDocument> ReadVtk(std::string_view bytes) {
+  return VtkReader(bytes).ReadDocument();
+}
 
 }  // namespace amhex::client

@@ -134,11 +134,7 @@ absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
     }
     return absl::OkStatus();
   }
-  std::string text;
-  for (double code : numbers) {
-    if (code > 0 && code < 256) text += static_cast<char>(static_cast<unsigned char>(code));
-  }
-  facts->push_back({array.Get("Name"), std::move(text)});
+  facts->push_back({array.Get("Name"), TextOfCodes(numbers)});
   return absl::OkStatus();
 }
 

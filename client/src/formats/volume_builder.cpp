@@ -33,6 +33,7 @@ absl::Status VolumeBuilder::CheckVertices(std::span<const int64_t> vertices) con
 }
 
 void VolumeBuilder::AddCorners(const CellCorners& corners) {
+  if (hexahedra.size() == mesh.cell_faces.size()) hexahedra.push_back(corners);
   const FaceList faces = FacesOfCell(corners);
   mesh.cell_faces.push_back(faces.count);
   for (const Face& face : faces) {

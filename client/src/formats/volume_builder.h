@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "amhex/input_hull.h"
@@ -19,6 +20,8 @@ inline constexpr int kVtkPolyhedron = 42;
 class VolumeBuilder {
  public:
   VolumeMesh mesh;  // vertices are the reader's to fill in
+  // The cells of `mesh` as hexahedra, perhaps collapsed, as long as each of them is one.
+  std::vector<CellCorners> hexahedra;
 
   // A cell of a VTK type whose vertices say all about it. Cells of fewer dimensions are skipped,
   // faces that have collapsed left out. INVALID_ARGUMENT for other types, for a wrong number of

@@ -17,6 +17,7 @@
 AMHEX_EMBED(html, AMHEX_PAGE_FOLDER "/report.html");
 AMHEX_EMBED(style, AMHEX_PAGE_FOLDER "/report.css");
 AMHEX_EMBED(charts, AMHEX_PAGE_FOLDER "/report_charts.js");
+AMHEX_EMBED(faces, AMHEX_PAGE_FOLDER "/shown_faces.js");
 AMHEX_EMBED(viewer, AMHEX_PAGE_FOLDER "/report_viewer.js");
 AMHEX_EMBED(page, AMHEX_PAGE_FOLDER "/report_page.js");
 AMHEX_EMBED(three, AMHEX_THREE_JS);
@@ -37,6 +38,7 @@ PageAssets ReportAssets() {
   return {Between(amhex_page_html, amhex_page_html_end),
           Between(amhex_page_style, amhex_page_style_end),
           Between(amhex_page_charts, amhex_page_charts_end),
+          Between(amhex_page_faces, amhex_page_faces_end),
           Between(amhex_page_viewer, amhex_page_viewer_end),
           Between(amhex_page_page, amhex_page_page_end),
           Between(amhex_page_three, amhex_page_three_end),

@@ -6,8 +6,8 @@
 namespace amhex::client {
 
 struct PageAssets {
-  std::string_view html, style, charts, viewer, page;  // of this folder
-  std::string_view three, controls;                    // three.js and its orbit controls (MIT)
+  std::string_view html, style, charts, faces, viewer, page;  // of this folder
+  std::string_view three, controls;  // three.js and its orbit controls (MIT)
 };
 
 PageAssets ReportAssets();

@@ -263,6 +263,7 @@ absl::StatusOr<std::string> FormatReportPage(const MeshDocument& document,
                             {"FACTS", facts},
                             {"ARRAYS", arrays},
                             {"CHARTS", assets.charts},
+                            {"FACES", assets.faces},
                             {"VIEWER", assets.viewer},
                             {"PAGE", assets.page}});
 }

@@ -150,7 +150,10 @@ function wire(facts, mesh, viewer) {
   };
   element("peel").max = mesh.mostLayer;
   if (mesh.sortedDistances.length === 0) element("colour").querySelector("[value=distance]").remove();
-  element("controls").addEventListener("input", update);
+  element("controls").addEventListener("input", event => {
+    if (event.target.type === "range") viewer.move();
+    update();
+  });
   element("controls").addEventListener("submit", event => event.preventDefault());
   const setTypes = wanted => {
     for (const box of document.querySelectorAll("#types input")) box.checked = wanted(Number(box.value));

@@ -1,8 +1,6 @@
-// The mesh in three dimensions: which cells are shown, and their faces as triangles.
+// The mesh in three dimensions: camera, light, colours, and what the controls say is shown.
 "use strict";
 
-// The hexahedron's faces by corner, outward; as in the description of the cells' corner order.
-const FACE_CORNERS = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const TYPE_COLOURS = {8: [158, 194, 245], 7: [250, 204, 41], 6: [86, 180, 132], 5: [214, 96, 77], 4: [171, 130, 214], 1: [240, 140, 60]};
 
 // Of cells inside, and where there is nothing of the input to measure to; #scale shows it too.
@@ -16,18 +14,6 @@ function rampColour(fraction) {
   return stops[low].map((value, i) => Math.round(value + (stops[low + 1][i] - value) * (at - low)));
 }
 
-// The distinct vertices of a face, in order, into `out`; how many there are.
-function faceVertices(corners, cell, face, out) {
-  let count = 0;
-  for (const corner of FACE_CORNERS[face]) {
-    const vertex = corners[8 * cell + corner];
-    let known = false;
-    for (let i = 0; i < count; ++i) known = known || out[i] === vertex;
-    if (!known) out[count++] = vertex;
-  }
-  return count;
-}
-
 // Whether the browser draws without a graphics processor, where each sample of a pixel costs time.
 function rendersInSoftware() {
   const context = document.createElement("canvas").getContext("webgl");
@@ -36,25 +22,66 @@ function rendersInSoftware() {
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
+// Light from the camera's upper left, and edges by how far a pixel is from them: lines of their own would cost as much as the faces.
+const LIGHT = [-0.4, 0.7, 1], AMBIENT = 0.72, DIRECTED = 0.42;
+const EDGE_COLOUR = [0.2, 0.22, 0.25];
+const VERTEX_SHADER = `
+uniform mat4 toScreen;
+uniform vec3 light;
+attribute vec4 tint;
+varying vec3 colour;
+varying vec2 place;
+void main() {
+  float code = floor(tint.a * 255.0 + 0.5);
+  float triangle = step(4.0, code);
+  code -= 4.0 * triangle;
+  float second = step(2.0, code);
+  place = vec2(code - 2.0 * second + 2.0 * triangle, second);
+  colour = tint.rgb * (${AMBIENT} + ${DIRECTED} * max(0.0, dot(normal, light)));
+  gl_Position = toScreen * vec4(position, 1.0);
+}`;
+const FRAGMENT_SHADER = `
+uniform float edges;
+varying vec3 colour;
+varying vec2 place;
+// How many pixels it takes for a coordinate to grow by one.
+float pixels(float coordinate) { return inversesqrt(max(1e-12, dot(vec2(dFdx(coordinate), dFdy(coordinate)), vec2(dFdx(coordinate), dFdy(coordinate))))); }
+void main() {
+  float triangle = step(1.5, place.x), u = place.x - 2.0 * triangle, v = place.y, third = 1.0 - u - v;
+  float wide = pixels(u), high = pixels(v), far = pixels(third);
+  float inSquare = min(min(u, 1.0 - u) * wide, min(v, 1.0 - v) * high);
+  float inTriangle = min(min(u * wide, v * high), third * far);
+  // Half a line; the other half is in the next face. Faces of few pixels would be lines only.
+  float line = clamp(1.1 - mix(inSquare, inTriangle, triangle), 0.0, 1.0) * clamp((min(wide, high) - 1.5) / 5.0, 0.0, 1.0);
+  gl_FragColor = vec4(mix(colour, vec3(${EDGE_COLOUR.join(", ")}), edges * line), 1.0);
+}`;
+// While something moves and the browser draws in software, pixels are this much larger.
+const COARSENESS_IN_MOTION = 2;
+const STILL_AFTER_MILLISECONDS = 250;
+
 class MeshViewer {
   constructor(canvas, mesh) {
     this.canvas = canvas;
     this.mesh = mesh;
-    this.keep = new Uint8Array(mesh.cellCount);
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !rendersInSoftware(), preserveDrawingBuffer: true});
+    this.shown = new ShownFaces(mesh);
+    this.last = {};
+    this.coarseness = 1;
+    this.inSoftware = rendersInSoftware();
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.inSoftware, preserveDrawingBuffer: true});
     this.renderer.setClearColor(0xffffff, 1);
     this.renderer.setPixelRatio(window.devicePixelRatio || 1);
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(30, 1, 0.01, 100);
     this.camera.up.set(0, 0, 1);
     this.scene.add(this.camera);
-    this.scene.add(new THREE.AmbientLight(0xffffff, 0.72));
-    const lamp = new THREE.DirectionalLight(0xffffff, 0.42);
-    lamp.position.set(-0.4, 0.7, 1);
+    this.scene.add(new THREE.AmbientLight(0xffffff, AMBIENT));
+    const lamp = new THREE.DirectionalLight(0xffffff, DIRECTED);
+    lamp.position.set(...LIGHT);
     this.camera.add(lamp);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => this.requestDraw());
-    this.controls.addEventListener("start", () => { this.atHome = false; });
+    this.controls.addEventListener("change", () => { if (this.isHeld) this.move(); this.requestDraw(); });
+    this.controls.addEventListener("start", () => { this.atHome = false; this.isHeld = true; });
+    this.controls.addEventListener("end", () => { this.isHeld = false; });
     this.makeObjects();
     this.home();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -62,16 +89,15 @@ class MeshViewer {
   }
 
   makeObjects() {
-    this.faces = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial(
-        {vertexColors: THREE.VertexColors, flatShading: true, shininess: 0, specular: 0,
-          polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1, side: THREE.DoubleSide}));
-    this.lines = new THREE.LineSegments(new THREE.BufferGeometry(),
-        new THREE.LineBasicMaterial({color: 0x33383f}));
+    this.material = new THREE.ShaderMaterial({vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER,
+      uniforms: {edges: {value: 1}, light: {value: new THREE.Vector3()}, toScreen: {value: new THREE.Matrix4()}}, extensions: {derivatives: true}});
+    this.outer = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
+    this.bare = new THREE.Mesh(new THREE.BufferGeometry(), this.material);
     this.glass = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial(
         {color: 0x8899aa, flatShading: true, transparent: true, opacity: 0.14, depthWrite: false,
           side: THREE.DoubleSide}));
     this.glass.visible = false;
-    for (const object of [this.faces, this.lines, this.glass]) {
+    for (const object of [this.outer, this.bare, this.glass]) {
       object.frustumCulled = false;
       this.scene.add(object);
     }
@@ -116,34 +142,40 @@ class MeshViewer {
     requestAnimationFrame(() => { this.drawRequested = false; this.draw(); });
   }
 
-  draw() { this.renderer.render(this.scene, this.camera); }
+  draw() {
+    const {camera, material: {uniforms: {light, toScreen}}} = this;
+    camera.updateMatrixWorld();
+    light.value.set(...LIGHT).transformDirection(camera.matrixWorld);
+    toScreen.value.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    this.renderer.render(this.scene, camera);
+  }
 
-  // Which cells `view` shows: not cut off, deep enough, bad enough, of a wanted type.
-  select(view) {
-    const {cellCount, types, quality, layers, centres, box} = this.mesh;
-    let normal = null, place = 0;
-    if (view.cutAxis === "view") {
-      normal = this.camera.position.clone().sub(this.controls.target).normalize().toArray();
-      place = (2 * view.cutPlace - 1) * this.mesh.radius;
-    } else if (view.cutAxis !== "none") {
-      const axis = Number(view.cutAxis);
-      normal = [0, 0, 0];
-      normal[axis] = 1;
-      place = box.low[axis] + view.cutPlace * (box.high[axis] - box.low[axis]);
-    }
-    const sign = view.cutFlip ? -1 : 1;
-    let shown = 0;
-    for (let cell = 0; cell < cellCount; ++cell) {
-      let keep = view.types[types[cell]] && layers[cell] >= view.peel && quality[cell] <= view.worst;
-      if (keep && normal) {
-        const c = 3 * cell;
-        const offset = centres[c] * normal[0] + centres[c + 1] * normal[1] + centres[c + 2] * normal[2] - place;
-        keep = offset * sign <= 0;
-      }
-      this.keep[cell] = keep ? 1 : 0;
-      shown += this.keep[cell];
-    }
-    return shown;
+  // Something moves: until it is still, a frame may be coarser.
+  move() {
+    if (!this.inSoftware) return;
+    clearTimeout(this.stillness);
+    this.stillness = setTimeout(() => this.setCoarseness(1), STILL_AFTER_MILLISECONDS);
+    this.setCoarseness(COARSENESS_IN_MOTION);
+  }
+
+  setCoarseness(coarseness) {
+    if (this.coarseness === coarseness) return;
+    this.coarseness = coarseness;
+    this.renderer.setPixelRatio((window.devicePixelRatio || 1) / coarseness);
+    this.requestDraw();
+  }
+
+  // The direction across which `view` cuts, or none.
+  cutNormal(view) {
+    if (view.cutAxis === "none") return null;
+    if (view.cutAxis === "view") return this.camera.position.clone().sub(this.controls.target).normalize().toArray();
+    return [0, 1, 2].map(axis => Number(axis === Number(view.cutAxis)));
+  }
+
+  cutPlace(view) {
+    if (view.cutAxis === "view") return (2 * view.cutPlace - 1) * this.mesh.radius;
+    const {low, high} = this.mesh.box, axis = Number(view.cutAxis);
+    return low[axis] + view.cutPlace * (high[axis] - low[axis]);
   }
 
   colourTable(view) {
@@ -159,61 +191,64 @@ class MeshViewer {
     return table;
   }
 
-  // Shows the faces between shown cells and everything else. Returns the number of shown cells.
-  show(view) {
-    const {cellCount, corners, neighbours, vertices} = this.mesh;
-    const shown = this.select(view), keep = this.keep, colours = this.colourTable(view);
-    const face = new Int32Array(4), visible = [];
-    let triangles = 0, edges = 0;
-    for (let cell = 0; cell < cellCount; ++cell) {
-      if (!keep[cell]) continue;
-      for (let f = 0; f < 6; ++f) {
-        const other = neighbours[6 * cell + f];
-        if (other === -2 || (other >= 0 && keep[other])) continue;
-        visible.push(cell, f);
-      }
-    }
-    const positions = new Float32Array(9 * visible.length), tints = new Uint8Array(9 * visible.length);
-    const lines = new Float32Array(12 * visible.length);
-    this.owner = new Int32Array(visible.length);
-    for (let i = 0; i < visible.length; i += 2) {
-      const cell = visible[i], count = faceVertices(corners, cell, visible[i + 1], face);
-      for (let k = 2; k < count; ++k) {
-        for (const [slot, vertex] of [[0, face[0]], [1, face[k - 1]], [2, face[k]]]) {
-          const at = 9 * triangles + 3 * slot;
-          for (let axis = 0; axis < 3; ++axis) {
-            positions[at + axis] = vertices[3 * vertex + axis];
-            tints[at + axis] = colours[3 * cell + axis];
-          }
-        }
-        this.owner[triangles++] = cell;
-      }
-      // The shown faces close, so that every edge is passed in both directions: one is drawn.
-      for (let k = 0; k < count; ++k) {
-        const from = face[k], to = face[(k + 1) % count];
-        if (from > to) continue;
-        for (let axis = 0; axis < 3; ++axis) {
-          lines[6 * edges + axis] = vertices[3 * from + axis];
-          lines[6 * edges + 3 + axis] = vertices[3 * to + axis];
-        }
-        ++edges;
-      }
-    }
-    this.triangleCount = triangles;
-    this.replace(this.faces, {position: [positions.subarray(0, 9 * triangles), false],
-      color: [tints.subarray(0, 9 * triangles), true]});
-    this.replace(this.lines, {position: [lines.subarray(0, 6 * edges), false]});
-    this.lines.visible = view.edges;
-    this.showGlass(view.ghost);
-    this.requestDraw();
-    return shown;
+  // Whether `value` is another than in the last call with this name.
+  isNew(name, value) {
+    const text = JSON.stringify(value), is = this.last[name] !== text;
+    this.last[name] = text;
+    return is;
   }
 
-  replace(object, attributes) {
-    object.geometry.dispose();
-    object.geometry = new THREE.BufferGeometry();
-    for (const [name, [array, normalized]] of Object.entries(attributes)) {
-      object.geometry.setAttribute(name, new THREE.BufferAttribute(array, 3, normalized));
+  // Shows the faces between shown cells and everything else. Returns the number of shown cells. Does only what the change calls for.
+  show(view) {
+    const {shown} = this, normal = this.cutNormal(view);
+    let collect = false;
+    if (this.isNew("wanted", [view.types, view.peel, view.worst])) {
+      shown.want(view);
+      collect = true;
+    }
+    if (normal && this.isNew("normal", normal)) {
+      shown.direct(normal);
+      collect = true;
+    }
+    if (this.isNew("colour", view.colour)) {
+      this.colours = this.colourTable(view);
+      collect = true;
+    }
+    if (collect) {
+      shown.collect(this.colours);
+      this.upload(this.outer, shown.outer);
+    }
+    const count = normal ? shown.cut(this.cutPlace(view), view.cutFlip) : shown.whole();
+    this.outer.geometry.setDrawRange(shown.range.start, shown.range.count);
+    this.upload(this.bare, shown.bare);
+    this.bare.geometry.setDrawRange(0, shown.bare.indexCount);
+    this.triangleCount = (shown.range.count + shown.bare.indexCount) / 3;
+    this.material.uniforms.edges.value = view.edges ? 1 : 0;
+    this.showGlass(view.ghost);
+    this.requestDraw();
+    return count;
+  }
+
+  // Brings what is used of the arrays to the device.
+  upload(object, {positions, tints, normals, indices, vertexCount, indexCount, generation}) {
+    object.visible = indexCount > 0;
+    if (indexCount === 0) return;
+    if (object.generation !== generation) {
+      object.generation = generation;
+      object.geometry.dispose();
+      object.geometry = new THREE.BufferGeometry();
+      object.geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+      object.geometry.setAttribute("tint", new THREE.BufferAttribute(tints, 4, true));
+      object.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 4, true));
+      object.geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+      return;
+    }
+    const {attributes, index} = object.geometry;
+    const used = [[attributes.position, 3 * vertexCount], [attributes.tint, 4 * vertexCount],
+      [attributes.normal, 4 * vertexCount], [index, indexCount]];
+    for (const [attribute, count] of used) {
+      attribute.updateRange.count = count;
+      attribute.needsUpdate = true;
     }
   }
 
@@ -234,23 +269,25 @@ class MeshViewer {
         }
       }
     }
-    this.replace(this.glass, {position: [new Float32Array(positions), false]});
+    this.glass.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(positions), 3));
   }
 
   // The cell under a point of the canvas, or -1.
   pick(x, y) {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(2 * x - 1, 1 - 2 * y), this.camera);
-    const positions = this.faces.geometry.attributes.position.array;
+    const {outer, bare, range} = this.shown;
     const a = new THREE.Vector3(), b = new THREE.Vector3(), c = new THREE.Vector3(), hit = new THREE.Vector3();
     let nearest = Infinity, cell = -1;
-    for (let t = 0; t < this.triangleCount; ++t) {
-      a.fromArray(positions, 9 * t);
-      b.fromArray(positions, 9 * t + 3);
-      c.fromArray(positions, 9 * t + 6);
-      if (!ray.ray.intersectTriangle(a, b, c, false, hit)) continue;
-      const distance = hit.distanceTo(this.camera.position);
-      if (distance < nearest) [nearest, cell] = [distance, this.owner[t]];
+    for (const [{positions, indices, owners}, start, count] of [[outer, range.start, range.count], [bare, 0, bare.indexCount]]) {
+      for (let i = start; i < start + count; i += 3) {
+        a.fromArray(positions, 3 * indices[i]);
+        b.fromArray(positions, 3 * indices[i + 1]);
+        c.fromArray(positions, 3 * indices[i + 2]);
+        if (!ray.ray.intersectTriangle(a, b, c, true, hit)) continue;
+        const distance = hit.distanceTo(this.camera.position);
+        if (distance < nearest) [nearest, cell] = [distance, owners[i / 3]];
+      }
     }
     return cell;
   }

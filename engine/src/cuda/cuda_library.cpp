@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
 #include "base/status_macros.h"
@@ -44,12 +45,22 @@ std::vector<std::string> PossiblePaths() {
   return paths;
 }
 
+// Why dlopen refused `path`: NOT_FOUND where the loader was asked to search and found nothing,
+// which is how a machine for the CPU looks; a library that lacks one of its own names that other
+// one.
+absl::Status WhyNotOpened(const std::string& path, const std::string& text) {
+  const bool is_missing =
+      path == kCudaLibraryName && absl::StartsWith(text, path + ": cannot open");
+  if (is_missing) return absl::NotFoundError(absl::StrCat("no CUDA library is installed: ", text));
+  return absl::FailedPreconditionError(absl::StrCat("the library could not be loaded: ", text));
+}
+
 absl::StatusOr<CudaLibrary> OpenLibrary() {
-  std::string reason;
+  absl::Status reason;  // of the first file that is there
   for (const std::string& path : PossiblePaths()) {
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
-      reason = absl::StrCat("the library could not be loaded: ", dlerror());
+      reason.Update(WhyNotOpened(path, dlerror()));
       continue;
     }
     CudaLibrary library;
@@ -57,10 +68,11 @@ absl::StatusOr<CudaLibrary> OpenLibrary() {
         reinterpret_cast<AmhexDescribeCudaFunction*>(dlsym(handle, kDescribeCudaSymbol));
     library.run = reinterpret_cast<AmhexRunOnCudaFunction*>(dlsym(handle, kRunOnCudaSymbol));
     if (library.describe != nullptr && library.run != nullptr) return library;
-    reason = absl::StrCat(kCudaLibraryName, " is of another version");
+    reason.Update(
+        absl::FailedPreconditionError(absl::StrCat(kCudaLibraryName, " is of another version")));
     dlclose(handle);
   }
-  return absl::FailedPreconditionError(reason);
+  return reason;
 }
 
 const absl::StatusOr<CudaLibrary>& Library() {

@@ -3,13 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "absl/strings/match.h"
 #include "amhex/mesher.h"
 
 namespace amhex {
 namespace {
 
+using ::testing::AnyOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+bool EndsWithMissing(const std::string& note) {
+  return absl::EndsWith(note, "; no CUDA library is installed");
+}
 
 TEST(Backends, TheCpuIsAlwaysThere) {
   const auto choice = ChooseBackend(Backend::kCpu);
@@ -22,10 +29,20 @@ TEST(Backends, AutoSaysWhatItChoseAndWhy) {
   const auto choice = ChooseBackend(Backend::kAuto);
   ASSERT_TRUE(choice.ok());
   if (choice->backend == Backend::kCpu) {
-    EXPECT_THAT(choice->note, HasSubstr("cuda not used: "));
+    EXPECT_THAT(choice->note,
+                AnyOf(HasSubstr("; cuda not used: "), EndsWith("; no CUDA library is installed")));
   } else {
     EXPECT_THAT(choice->note, HasSubstr("cuda"));
   }
+}
+
+TEST(Backends, TheLoadersWordsAreForThoseWhoAskForCuda) {
+  const auto automatic = ChooseBackend(Backend::kAuto);
+  ASSERT_TRUE(automatic.ok());
+  if (!EndsWithMissing(automatic->note)) GTEST_SKIP() << "a CUDA library is there";
+  const auto cuda = ChooseBackend(Backend::kCuda);
+  EXPECT_THAT(std::string(cuda.status().message()), HasSubstr("cannot open shared object file"));
+  EXPECT_THAT(ListBackends().back().description, HasSubstr("cannot open shared object file"));
 }
 
 TEST(Backends, CudaIsListedAsAvailableExactlyWhenItCanBeChosen) {
