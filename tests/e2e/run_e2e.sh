@@ -124,6 +124,7 @@ test_errors() {
   "$amhex" demo --shape cube --surface --resolution 12 -o cube.drc >/dev/null
   "$amhex" demo --shape cube --points 500 -o cloud.drc >/dev/null
   : >empty.drc
+  : >cube.step
   printf 'MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 0\nEnd\n' >cube.mesh
   head -c 100 cube.drc >cut.drc
   head -c 60 cloud.drc >cut_cloud.drc
@@ -133,7 +134,9 @@ test_errors() {
   printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\nnan 0 0\n1 1 1\n' >nan.ply
   printf 'DRACO\x02\x03\x00\x00\x00\x00\xff\xff\xff\x7f\x00\x00\x00\x00' >liar.drc
   refuses "a missing file" 3 "no such file" mesh missing.stl -o out.vtu
-  refuses "an unknown input format" 3 "unknown extension" mesh cube.step -o out.vtu
+  refuses "a missing file of whatever extension" 3 "no such file" info missing
+  refuses "a picture that is none" 2 "pictures are written to .png" mesh cube.drc -o out.vtu --picture out.jpg
+  refuses "an unknown input format" 3 "volume meshes from .vtk" mesh cube.step -o out.vtu
   refuses "an unknown output format" 2 "unknown extension" mesh cube.drc -o out.xyz
   refuses "a missing output folder" 7 "does not exist" mesh cube.drc -o nowhere/out.vtu
   refuses "an empty file" 3 "the file is empty" mesh empty.drc -o out.vtu
@@ -277,6 +280,7 @@ test_tools() {
   run convert part.vtu -o case/constant/polyMesh --solver-ready
   check "convert writes a polyMesh" test -s case/constant/polyMesh/neighbour
   refuses "an unknown format" 2 "unknown extension" convert part.vtu -o part.step
+  refuses "a picture in another format" 2 "pictures are written to .png" picture part.vtu -o part.jpg
   refuses "a missing mesh" 3 "no such file" convert missing.vtu -o out.vtk
   refuses "a mesh that is none" 3 "error" report bracket.drc -o out.html
   run mesh bracket.drc --cells 2500 -o ready.inp --solver-ready --quiet

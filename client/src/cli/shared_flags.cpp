@@ -16,6 +16,7 @@
 #include "distance/hull_distance.h"
 #include "formats/hull_writer.h"
 #include "formats/mesh_file.h"
+#include "formats/status_macros.h"
 #include "page/report_page.h"
 
 namespace amhex::client {
@@ -299,6 +300,7 @@ absl::Status CheckOutputs(const OutputFlags& flags) {
     if (path.empty()) continue;
     if (const absl::Status status = CheckFolderOf(path); !status.ok()) return status;
   }
+  if (!flags.picture.empty()) AMHEX_RETURN_IF_ERROR(CheckPngPath(flags.picture));
   if (flags.look.colour == "distance" && flags.input.empty()) {
     return absl::InvalidArgumentError("--colour distance wants to know the input: --input FILE");
   }
@@ -316,9 +318,7 @@ absl::StatusOr<PictureOptions> PictureOptionsFrom(const PictureFlags& flags,
     options.cut = DefaultCut(mesh);
     return options;
   }
-  const absl::StatusOr<Cut> parsed = ParseCut(flags.cut);
-  if (!parsed.ok()) return parsed.status();
-  options.cut = *parsed;
+  AMHEX_ASSIGN_OR_RETURN(options.cut, ParseCut(flags.cut));
   return options;
 }
 
@@ -382,6 +382,7 @@ int WriteOutputs(const OutputFlags& flags, const v1::Job& job, AtMostHexaMesh me
 }
 
 int WritePicture(const MeshDocument& document, const PictureFlags& flags, const std::string& path) {
+  if (const absl::Status status = CheckPngPath(path); !status.ok()) return Fail(status, kExitUsage);
   absl::StatusOr<PictureOptions> options = PictureOptionsFrom(flags, document.mesh);
   if (!options.ok()) return Fail(options.status(), kExitUsage);
   options->distances = document.distances;

@@ -5,12 +5,14 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <new>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "formats/status_macros.h"
+#include "formats/volume_reader.h"
 
 namespace amhex::client {
 namespace {
@@ -80,8 +82,13 @@ absl::StatusOr<InputHull> ReadHull(HullFormat format, std::string_view bytes) {
 absl::StatusOr<InputHull> ReadHullFile(const std::string& path) {
   const std::optional<HullFormat> format = HullFormatOfPath(path);
   if (!format) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        path, ": unknown extension; surfaces and clouds are read from ", kHullExtensions));
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) {
+      return CannotOpen(path, ENOENT);
+    }
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": unknown extension; surfaces and clouds are read from ",
+                     kHullExtensions, ", volume meshes from ", kVolumeExtensions));
   }
   AMHEX_ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path));
   absl::StatusOr<InputHull> hull = ReadHull(*format, bytes);

@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "formats/hull_writer.h"
 
@@ -24,6 +25,12 @@ absl::StatusOr<std::string> EncodePng(const Image& image) {
   }
   bytes.resize(size);
   return bytes;
+}
+
+absl::Status CheckPngPath(const std::string& path) {
+  if (absl::EndsWithIgnoreCase(path, ".png")) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": unknown extension; pictures are written to .png"));
 }
 
 absl::Status WritePng(const Image& image, const std::string& path) {

@@ -22,6 +22,9 @@ struct Image {
 // The bytes of a PNG file. INTERNAL if libpng fails.
 absl::StatusOr<std::string> EncodePng(const Image& image);
 
+// INVALID_ARGUMENT for a path that does not end as those of PNG files do.
+absl::Status CheckPngPath(const std::string& path);
+
 // Writes the file whole or not at all; errors name the path.
 absl::Status WritePng(const Image& image, const std::string& path);
 
