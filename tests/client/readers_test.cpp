@@ -129,7 +129,8 @@ TEST(Readers, MissingFilesAreNotFoundByName) {
 }
 
 TEST(Readers, UnknownExtensionsListTheKnownOnes) {
-  EXPECT_THAT(Message(ReadHullFile("part.step")), HasSubstr(".drc, .ply, .obj, .off, .stl"));
+  EXPECT_THAT(Message(ReadHullFile("/proc/self/exe")), HasSubstr(".drc, .ply, .obj, .off, .stl"));
+  EXPECT_THAT(Message(ReadHullFile("/nowhere/part")), HasSubstr("/nowhere/part: No such file"));
 }
 
 TEST(Obj, ReadsPolygonsNegativeNumbersAndSlashes) {

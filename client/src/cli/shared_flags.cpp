@@ -297,8 +297,7 @@ absl::Status CheckOutputs(const OutputFlags& flags) {
         flags.output, ": unknown extension; meshes are written to ", kMeshOutputExtensions));
   }
   for (const std::string& path : {flags.output, flags.json, flags.report, flags.picture}) {
-    if (path.empty()) continue;
-    if (const absl::Status status = CheckFolderOf(path); !status.ok()) return status;
+    if (!path.empty()) AMHEX_RETURN_IF_ERROR(CheckFolderOf(path));
   }
   if (!flags.picture.empty()) AMHEX_RETURN_IF_ERROR(CheckPngPath(flags.picture));
   if (flags.look.colour == "distance" && flags.input.empty()) {
