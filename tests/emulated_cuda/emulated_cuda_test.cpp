@@ -124,12 +124,12 @@ TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenS
   PhaseSettings phase;
   phase.rounds = 1;
   size.device = lattice.device = phase.device = &*device;
-  const auto& [run, hull, grid, frames, codes, sizes, form, ok] = solved;
+  const SolvedFields& s = solved;
   const std::function<absl::Status()> solvers[] = {
-      [&] { return SolveOrientationField(grid, {}, orientation, slice).status(); },
-      [&] { return SolveSizeField(grid, frames, codes, size, slice).status(); },
-      [&] { return SolveLatticeForm(grid, frames, sizes, codes, lattice, slice).status(); },
-      [&] { return SolvePhaseField(grid, codes, form, phase, slice).status(); }};
+      [&] { return SolveOrientationField(s.grid, {}, orientation, slice).status(); },
+      [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice).status(); },
+      [&] { return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice).status(); },
+      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice).status(); }};
   for (const auto& solve : solvers) {
     device_->Restart();
     controls().capacity = 1;
