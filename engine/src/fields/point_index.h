@@ -1,6 +1,8 @@
 // Finds the points near a place: bins in rows along x, so that one search serves a whole row.
 #pragma once
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -29,9 +31,9 @@ class PointIndex {
     for (size_t i = 0; i < points.size(); ++i) {
       items_[cursor[RowOf(points[i])]++] = {points[i].x, static_cast<int32_t>(i)};
     }
-    for (int64_t r = 0; r < rows_; ++r) {
+    oneapi::tbb::parallel_for(int64_t{0}, rows_, [this](int64_t r) {
       std::sort(items_.begin() + row_start_[r], items_.begin() + row_start_[r + 1]);
-    }
+    });
   }
 
   // visit(index) for every point within `radius` of `p` along each axis, and for some beyond, in

@@ -1,8 +1,11 @@
 #include "fields/site_clusters.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "base/stop_poll.h"
 #include "fields/point_index.h"
 #include "input/hull_queries.h"
 
@@ -77,13 +80,25 @@ class Clusters {
   PointIndex index_;
 };
 
-// Nodes by falling mass; ties by index.
-std::vector<int32_t> OrderByMass(const std::vector<float>& mass) {
-  std::vector<int32_t> order(mass.size());
-  for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int32_t>(i);
-  std::sort(order.begin(), order.end(),
-            [&](int32_t a, int32_t b) { return mass[a] != mass[b] ? mass[a] > mass[b] : a < b; });
-  return order;
+struct HeavyNode {
+  float mass;
+  int32_t node;
+};
+
+// Nodes that may found a cluster, by falling mass; ties by index.
+std::vector<HeavyNode> HeavyNodes(const std::vector<float>& mass, double least,
+                                  const StopPoll& poll) {
+  std::vector<HeavyNode> heavy;
+  for (size_t i = 0; i < mass.size(); ++i) {
+    if (mass[i] >= least) heavy.push_back({mass[i], static_cast<int32_t>(i)});
+  }
+  poll.Now();
+  oneapi::tbb::parallel_sort(heavy.begin(), heavy.end(),
+                             [](const HeavyNode& a, const HeavyNode& b) {
+                               return a.mass != b.mass ? a.mass > b.mass : a.node < b.node;
+                             });
+  poll.Now();
+  return heavy;
 }
 
 bool IsWellInside(const HullQueries& queries, const Vec3d& centre, const Vec3d& size) {
@@ -106,11 +121,11 @@ absl::StatusOr<Sites> ClusterSites(const Hull& hull, const BackgroundGrid& grid,
   Sites sites;
   std::vector<uint8_t> is_claimed(grid.count(), 0);
   int64_t visited = 0;
-  for (const int32_t node : OrderByMass(mass)) {
+  for (const HeavyNode& heavy : HeavyNodes(mass, kMinMassShare * kFullMass, StopPoll(run))) {
     if (++visited % kPollInterval == 0) {
       if (absl::Status status = run.CheckStop(); !status.ok()) return status;
     }
-    if (mass[node] < kMinMassShare * kFullMass) break;
+    const int32_t node = heavy.node;
     if (is_claimed[node] != 0) continue;
     const Vec3d centre = clusters.Centre(node);
     if (!IsWellInside(*hull.queries, centre, form.sizes[node])) continue;
