@@ -13,7 +13,6 @@
 #include "closure/extrude_layer.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
-#include "optimize/cell_quality.h"
 #include "optimize/report_cells.h"
 
 namespace amhex {
@@ -50,10 +49,11 @@ constexpr uint64_t kSeedStride = 1000;
 
 class Closer {
  public:
-  Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, RunContext& run)
+  Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, const RunContext& run)
       : hull_(hull), seed_(seed), run_(run), mesh_(complex) {}
 
-  absl::StatusOr<CellComplex> Run(int layers) {
+  absl::StatusOr<CellComplex> Run(int layers, RunContext& watched) {
+    watched_ = &watched;
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
@@ -81,7 +81,7 @@ class Closer {
           "no valid mesh was found: every cell was given up to close a cavity; try another cell "
           "count");
     }
-    ReportCells(closed, run_);
+    ReportCells(closed, watched);
     return closed;
   }
 
@@ -95,14 +95,15 @@ class Closer {
     return mended;
   }
 
-  absl::StatusOr<Mended> Refill(double quality, int layers) {
-    Mended refilled;
-    refilled.changed = OpenPoorCells(quality, layers);
-    if (refilled.changed) FillCavities(kRefillRound + layers);
+  absl::StatusOr<CellComplex> Refill(const Opening& opening) {
+    for (const int32_t cell : opening.cells) mesh_.RemoveCell(cell);
+    if (opening.first == FirstFilling::kStars) {
+      for (const StarRound& round : kFirstRounds) FillWithStars(round);
+    }
+    FillCavities(kRefillRound + static_cast<int>(opening.first));
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    refilled.complex = mesh_.ToComplex();
-    return refilled;
+    return mesh_.ToComplex();
   }
 
  private:
@@ -181,29 +182,6 @@ class Closer {
     return true;
   }
 
-  // Opens the mesh where cells are poorer than `quality`, with the whole of the stars that they
-  // belong to and `layers` of cells around; false if there are none.
-  bool OpenPoorCells(double quality, int layers) {
-    const auto cells_at = mesh_.CellsAtVertices();
-    const auto is_apex = [&](int32_t v) {
-      return std::all_of(cells_at[v].begin(), cells_at[v].end(), [&](int cell) {
-        const PrimitiveType type = mesh_.type(cell);
-        return type == PrimitiveType::kPyramid || type == PrimitiveType::kTetrahedron;
-      });
-    };
-    std::set<int> open;
-    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      if (CellQuality(mesh_.corners(cell), mesh_.vertices()) >= quality) continue;
-      open.insert(cell);
-      for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
-        if (is_apex(v)) open.insert(cells_at[v].begin(), cells_at[v].end());
-      }
-    }
-    for (const int cell : open) mesh_.RemoveCell(cell);
-    for (int layer = 0; layer < layers && !open.empty(); ++layer) RemoveCellsAtCavities();
-    return !open.empty();
-  }
-
   // Tries every cavity once, smallest first.
   void FillWithStars(const StarRound& round) {
     Cavities cavities = CollectCavities(mesh_);
@@ -252,7 +230,8 @@ class Closer {
   }
 
   void ReportProgress() {
-    Progress progress = run_.progress();
+    if (watched_ == nullptr) return;
+    Progress progress = watched_->progress();
     progress.stage_fraction =
         1.0 - static_cast<double>(mesh_.OpenFaces().size()) / static_cast<double>(first_open_);
     progress.stage_fraction = std::clamp(progress.stage_fraction, 0.0, 0.99);
@@ -263,7 +242,7 @@ class Closer {
       ++progress.cell_count;
       ++progress.cells_by_type[static_cast<size_t>(mesh_.type(cell))];
     }
-    run_.Report(progress);
+    watched_->Report(progress);
   }
 
   absl::Status OpenError() const {
@@ -277,7 +256,8 @@ class Closer {
 
   const Hull& hull_;
   const uint64_t seed_;
-  RunContext& run_;
+  const RunContext& run_;
+  RunContext* watched_ = nullptr;  // told of progress, if any
   WorkingMesh mesh_;
   std::set<Attempt> tried_;
   size_t first_open_ = 1;
@@ -289,7 +269,7 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
                                          const MeshingParams& params, RunContext& run,
                                          int attempt) {
   const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(attempt);
-  return Closer(complex, hull, seed, run).Run(attempt);
+  return Closer(complex, hull, seed, run).Run(attempt, run);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
@@ -297,10 +277,10 @@ absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull
   return Closer(complex, hull, params.run.seed, run).Mend(layers);
 }
 
-absl::StatusOr<Mended> RefillPoorCells(const CellComplex& complex, const Hull& hull,
-                                       const PoorCells& poor, const MeshingParams& params,
-                                       RunContext& run) {
-  return Closer(complex, hull, params.run.seed, run).Refill(poor.quality, poor.layers);
+absl::StatusOr<CellComplex> RefillOpening(const CellComplex& complex, const Hull& hull,
+                                          const Opening& opening, const MeshingParams& params,
+                                          const RunContext& run) {
+  return Closer(complex, hull, params.run.seed, run).Refill(opening);
 }
 
 }  // namespace amhex

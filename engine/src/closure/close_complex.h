@@ -6,6 +6,9 @@
 // tetrahedron fits any more.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "amhex/params.h"
 #include "amhex/run_context.h"
@@ -32,15 +35,19 @@ struct Mended {
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
                                     const MeshingParams& params, RunContext& run);
 
-// For a closed complex: takes out the cells poorer than `quality`, the stars that they belong to
-// and `layers` of cells around them, and closes what that opens anew. Whether the new cells are
-// better is for the caller to see. Errors: as CloseComplex.
-struct PoorCells {
-  double quality = 0;
-  int layers = 0;
+// For a complex that is closed but for what `opening` takes out: fills that. Tells nobody of its
+// progress, so that several may run side by side. Whether the new cells are better than those taken
+// out is for the caller to see. Errors: as CloseComplex.
+enum class FirstFilling : uint8_t {
+  kStars,    // one star over all of it, if there is one
+  kCarving,  // stars over parts of it
 };
-absl::StatusOr<Mended> RefillPoorCells(const CellComplex& complex, const Hull& hull,
-                                       const PoorCells& poor, const MeshingParams& params,
-                                       RunContext& run);
+struct Opening {
+  std::vector<int32_t> cells;  // indices into the complex's
+  FirstFilling first = FirstFilling::kStars;
+};
+absl::StatusOr<CellComplex> RefillOpening(const CellComplex& complex, const Hull& hull,
+                                          const Opening& opening, const MeshingParams& params,
+                                          const RunContext& run);
 
 }  // namespace amhex

@@ -70,7 +70,6 @@ class PatchProgram {
   // Chain i..j closed by the edge j -> i: the face at that edge is a triangle or a quad.
   void Solve(int i, int j) {
     const bool whole = i == 0 && j == n_ - 1;
-    const double chord = whole ? 0.0 : ChordCost(i, j);
     double best = kImpossible;
     Choice choice{-1, -1};
     for (int k = i + 1; k < j; ++k) {
@@ -80,7 +79,8 @@ class PatchProgram {
         TryFace(Face(i, k, l, j), Cost(i, k) + Cost(k, l) + Cost(l, j), {k, l}, &best, &choice);
       }
     }
-    Cost(i, j) = best + chord;
+    // What is forbidden already need not be looked at on the hull.
+    Cost(i, j) = whole || best >= kForbidden ? best : best + ChordCost(i, j);
     ChoiceAt(i, j) = choice;
   }
 

@@ -12,7 +12,8 @@ namespace {
 
 // Losing a hexahedron to a repair must pay more than it does while a cavity is open, and quality is
 // what repairs are for.
-constexpr FillWeights kRepairWeights{1.6, -1.1, 200, 0.3};
+constexpr double kRepairHexahedronLost = 1.6;
+constexpr double kRepairOtherRemoved = -1.1;
 constexpr FillWeights kJoinWeights{1.0, -1.1};
 // A replacement must gain at least this, in cells.
 constexpr double kMinRepairGain = 0.3;
@@ -26,23 +27,28 @@ constexpr int kMaxJoinRounds = 3;
 
 class Improver {
  public:
-  Improver(const CellComplex& complex, const Hull& hull, RunContext& run)
+  Improver(const CellComplex& complex, const Hull& hull, const RunContext& run)
       : hull_(hull), run_(run), mesh_(complex), cells_at_(mesh_.CellsAtVertices()) {
     limits_.forbid_cavities = true;
     limits_.run = &run;
   }
 
   // Worst first.
-  void Repair(double quality, int depth) {
+  void Repair(const RepairEffort& effort) {
     std::vector<std::pair<double, int>> poor;
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      if (!mesh_.alive(cell)) continue;
+      const auto& only = effort.only;
+      const bool is_meant = only.empty() || std::binary_search(only.begin(), only.end(), cell);
+      if (!is_meant || !mesh_.alive(cell)) continue;
       const double q = CellQuality(mesh_.corners(cell), mesh_.vertices());
-      if (q < quality) poor.emplace_back(q, cell);
+      if (q < effort.quality) poor.emplace_back(q, cell);
     }
     std::sort(poor.begin(), poor.end());
-    limits_.depth = depth;
-    limits_.beam_width = 5;
+    limits_.depth = effort.depth;
+    limits_.beam_width = effort.beam_width;
+    limits_.enough_quality = std::max(limits_.enough_quality, effort.good_quality);
+    repair_weights_ = {kRepairHexahedronLost, kRepairOtherRemoved, effort.poor_quality,
+                       effort.good_quality};
     limits_.min_seed_depth = GrowthLimits{}.min_seed_depth;
     for (const auto& [q, cell] : poor) {
       if (run_.ShouldStop()) break;
@@ -115,8 +121,8 @@ class Improver {
       star.cells = LivingCellsAt(v);
       if (star.cells.size() <= kMaxSeedCells) seeds.push_back(std::move(star));
     }
-    const double cost_to_beat = QualityPenalty(kRepairWeights, quality) - kMinRepairGain;
-    const auto filling = GrowStar(mesh_, hull_, no_cavities_, kRepairWeights, limits_,
+    const double cost_to_beat = QualityPenalty(repair_weights_, quality) - kMinRepairGain;
+    const auto filling = GrowStar(mesh_, hull_, no_cavities_, repair_weights_, limits_,
                                   std::move(seeds), cost_to_beat);
     if (!filling || filling->quality <= quality) return;
     Apply(*filling);
@@ -169,17 +175,18 @@ class Improver {
   }
 
   const Hull& hull_;
-  RunContext& run_;
+  const RunContext& run_;
   WorkingMesh mesh_;
   std::vector<std::vector<int>> cells_at_;
   const Cavities no_cavities_;
   GrowthLimits limits_;
+  FillWeights repair_weights_;
 };
 
 }  // namespace
 
 absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hull,
-                                      RunContext& run) {
+                                      const RunContext& run) {
   Improver improver(complex, hull, run);
   improver.JoinStars();
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
@@ -187,9 +194,9 @@ absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hu
 }
 
 absl::StatusOr<CellComplex> RepairCells(const CellComplex& complex, const Hull& hull,
-                                        double quality, int depth, RunContext& run) {
+                                        const RepairEffort& effort, const RunContext& run) {
   Improver improver(complex, hull, run);
-  improver.Repair(quality, depth);
+  improver.Repair(effort);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   return improver.Result();
 }

@@ -107,8 +107,8 @@ struct Peel {
 // One star being taken apart.
 class StarPeeler {
  public:
-  StarPeeler(const WorkingMesh& mesh, int32_t apex, const std::vector<int>& star)
-      : mesh_(mesh), star_(star), apex_(mesh.vertices()[apex]) {
+  StarPeeler(const WorkingMesh& mesh, int32_t apex, const std::vector<int>& star, StarFolds folds)
+      : mesh_(mesh), star_(star), folds_(folds), apex_(mesh.vertices()[apex]) {
     for (const int cell : star) {
       floor_ = std::min(floor_, CellQuality(mesh.corners(cell), mesh.vertices()));
       for (const CellFace& face : FacesOf(mesh.corners(cell))) {
@@ -203,15 +203,25 @@ class StarPeeler {
     if (rest.empty()) return true;
     Vec3d apex = apex_;
     const double quality = ImproveApex(rest, mesh_.vertices(), 0.25, &apex);
-    if (quality <= 0 || quality < Floor()) return false;
+    if (quality <= 0 || quality < Floor() || (folds_ == StarFolds::kRefused && Folds(rest, apex)))
+      return false;
     const double angle = SolidAngle(rest, apex, mesh_.vertices());
     if (std::abs(angle - 4 * std::numbers::pi) > kSolidAngleTolerance) return false;
     apex_ = apex;
     return true;
   }
 
+  // True if a cell between a wall and the apex is seen from its middle as folding, which its
+  // Jacobians alone do not tell: on a quad that is bent.
+  bool Folds(const Walls& rest, const Vec3d& apex) const {
+    return std::any_of(rest.begin(), rest.end(), [&](const CellFace& wall) {
+      return StarFoldMargin(wall, apex, mesh_.vertices()) <= 0;
+    });
+  }
+
   const WorkingMesh& mesh_;
   const std::vector<int>& star_;  // ascending
+  const StarFolds folds_;
   Vec3d apex_;
   double floor_ = 1;
   Walls walls_;
@@ -237,7 +247,8 @@ bool IsApexInside(const WorkingMesh& mesh, int32_t v, const std::vector<int>& ce
 
 }  // namespace
 
-absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, const RunContext& run) {
+absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds folds,
+                                      const RunContext& run) {
   WorkingMesh mesh(complex);
   const auto cells_at = mesh.CellsAtVertices();
   int stars = 0;
@@ -246,7 +257,7 @@ absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, const RunConte
     if (++stars % kStarsPerStopCheck == 0) {
       if (absl::Status status = run.CheckStop(); !status.ok()) return status;
     }
-    StarPeeler peeler(mesh, v, cells_at[v]);
+    StarPeeler peeler(mesh, v, cells_at[v], folds);
     if (peeler.Run()) peeler.Apply(&mesh);
   }
   return mesh.ToComplex();

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "closure/hull_apex.h"
 #include "closure/hull_patch.h"
 #include "input/hull_queries.h"
 
@@ -51,22 +52,36 @@ double DistanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const 
   return std::abs(Dot(ap, Normalized(Cross(ab, ac))));
 }
 
-// What a patch costs for leaving the hull, folding over it or cutting off former hull vertices.
-double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const StarFilling& filling,
+using Polygon = std::vector<Vec3d>;
+
+std::vector<Polygon> PolygonsOf(const std::vector<CellFace>& faces, const std::vector<Vec3d>& x) {
+  std::vector<Polygon> polygons;
+  for (const CellFace& face : faces) {
+    Polygon& polygon = polygons.emplace_back();
+    for (int j = 0; j < face.count; ++j) polygon.push_back(x[face.v[j]]);
+  }
+  return polygons;
+}
+
+// What a patch (looking in) costs for leaving the hull, folding over it or cutting off former hull
+// vertices. `kept`: faces whose vertices are not cut off.
+double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const std::vector<Polygon>& patch,
+                      const std::vector<CellFace>& kept_faces,
                       const std::vector<CellFace>& dropped) {
   const auto& x = mesh.vertices();
   double cost = 0;
-  for (const CellFace& face : filling.patch) {
-    const HullPoint nearest = hull.queries->Closest(FaceCentroid(face, x));
+  for (const Polygon& p : patch) {
+    Vec3d centre;
+    for (const Vec3d& corner : p) centre += corner;
+    const HullPoint nearest = hull.queries->Closest(centre / static_cast<double>(p.size()));
     cost += kDistanceWeight * std::max(0.0, nearest.distance - kFreePatchDistance);
     if (nearest.distance < kNormalCheckDistance) {
-      const double cosine = -Dot(FaceUnitNormal(face, x), nearest.normal);
+      const double cosine = -Dot(Normalized(Cross(p[1] - p[0], p[2] - p[0])), nearest.normal);
       cost += kNormalWeight * std::max(0.0, kMinNormalCosine - cosine);
     }
   }
   std::set<int32_t> kept, cut_off;
-  for (const CellFace& face : filling.faces)
-    kept.insert(face.v.begin(), face.v.begin() + face.count);
+  for (const CellFace& face : kept_faces) kept.insert(face.v.begin(), face.v.begin() + face.count);
   for (const CellFace& face : dropped) {
     for (int j = 0; j < face.count; ++j) {
       if (!kept.contains(face.v[j])) cut_off.insert(face.v[j]);
@@ -74,10 +89,9 @@ double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const StarFilli
   }
   for (const int32_t v : cut_off) {
     double distance = 1e9;
-    for (const CellFace& face : filling.patch) {
-      for (int s = 0; s + 2 < face.count; ++s) {
-        distance = std::min(
-            distance, DistanceToTriangle(x[v], x[face.v[0]], x[face.v[1 + s]], x[face.v[2 + s]]));
+    for (const Polygon& p : patch) {
+      for (size_t s = 0; s + 2 < p.size(); ++s) {
+        distance = std::min(distance, DistanceToTriangle(x[v], p[0], p[1 + s], p[2 + s]));
       }
     }
     cost += kDistanceWeight * std::max(0.0, distance - kFreeVertexDistance);
@@ -128,7 +142,36 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   if (HasRepeatedFace(filling.faces)) return;
   filling.cost = base_cost + kCostPerFace * static_cast<double>(filling.faces.size()) + 1 +
                  QualityPenalty(weights, filling.quality) +
-                 PatchDeviation(mesh, hull, filling, dropped);
+                 PatchDeviation(mesh, hull, PolygonsOf(filling.patch, mesh.vertices()),
+                                filling.faces, dropped);
+  if (filling.cost >= best->cost) return;
+  filling.region = region;
+  *best = std::move(filling);
+}
+
+// Tries the star over the walls whose apex lies on the hull.
+void TryHullStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
+                 const FillWeights& weights, StarFilling* best) {
+  const auto loops = BoundaryLoops(region.walls);
+  if (loops.size() != 1 || loops[0].size() < 3) return;
+  StarFilling filling;
+  filling.cost = AbsorbedCost(mesh, weights, region) +
+                 kCostPerFace * static_cast<double>(region.walls.size()) + 1;
+  if (filling.cost >= best->cost) return;
+  const auto apex = FindHullApex(mesh, hull, region.walls, loops[0], region.kernel.point);
+  if (!apex) return;
+  filling.apex = apex->point;
+  filling.quality = apex->quality;
+  filling.faces = region.walls;
+  filling.rim = loops[0];
+  if (HasRepeatedFace(filling.faces)) return;
+  const auto& x = mesh.vertices();
+  std::vector<Polygon> patch;
+  for (size_t i = 0; i < filling.rim.size(); ++i) {
+    patch.push_back({x[filling.rim[i]], x[filling.rim[(i + 1) % filling.rim.size()]], apex->point});
+  }
+  filling.cost += QualityPenalty(weights, filling.quality) +
+                  PatchDeviation(mesh, hull, patch, filling.faces, region.hull_faces);
   if (filling.cost >= best->cost) return;
   filling.region = region;
   *best = std::move(filling);
@@ -220,6 +263,7 @@ void EvaluateRegion(const WorkingMesh& mesh, const Hull& hull, const FillWeights
     TryStar(mesh, hull, region, region.walls, region.hull_faces, weights, &candidate);
     finish({});
   }
+  TryHullStar(mesh, hull, region, weights, best);
 }
 
 std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
@@ -274,6 +318,10 @@ int ApplyStar(const StarFilling& filling, WorkingMesh* mesh) {
     }
   }
   for (const CellFace& face : filling.patch) mesh->MarkHull(Reversed(face));
+  for (size_t i = 0; i < filling.rim.size(); ++i) {
+    const int32_t next = filling.rim[(i + 1) % filling.rim.size()];
+    mesh->MarkHull({3, {next, filling.rim[i], apex, -1}});
+  }
   return apex;
 }
 

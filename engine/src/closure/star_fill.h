@@ -18,6 +18,8 @@ struct StarFilling {
   Region region;
   std::vector<CellFace> faces;  // walls kept, hull faces kept and patch, looking in
   std::vector<CellFace> patch;  // the part of `faces` that becomes hull
+  // For an apex on the hull: the loop whose edges form hull triangles with it, looking in.
+  std::vector<int32_t> rim;
 };
 
 // What absorbing and creating cells costs, in cells.

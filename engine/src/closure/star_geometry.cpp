@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/vector_lanes.h"
+#include "optimize/cell_quality.h"
 
 namespace amhex {
 namespace {
@@ -196,6 +197,19 @@ double MinStarQuality(const std::vector<CellFace>& faces, const Vec3d& apex,
     if (quality < kHopelessQuality) break;
   }
   return quality;
+}
+
+double StarFoldMargin(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& vertices) {
+  constexpr int32_t kApex = -2;
+  const CellFace out = Reversed(face);
+  const CellCorners corners = face.count == 4
+                                  ? MakePyramid(out.v, kApex)
+                                  : MakeTetrahedronOn({out.v[0], out.v[1], out.v[2]}, kApex);
+  std::array<Vec3d, 8> positions;
+  for (int slot = 0; slot < 8; ++slot) {
+    positions[slot] = corners[slot] == kApex ? apex : vertices[corners[slot]];
+  }
+  return FoldMargin(*FindCellPattern(corners), positions);
 }
 
 void AppendKernelPlanes(const CellFace& face, const std::vector<Vec3d>& x,

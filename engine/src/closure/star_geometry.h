@@ -16,6 +16,9 @@ double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Ve
 double MinStarQuality(const std::vector<CellFace>& faces, const Vec3d& apex,
                       const std::vector<Vec3d>& vertices);
 
+// FoldMargin (cell_quality.h) of the cell between `face` and `apex`.
+double StarFoldMargin(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& vertices);
+
 // A half-space that must contain the apex: normal . (p - point) > 0.
 struct KernelPlane {
   Vec3d normal;

@@ -1,18 +1,16 @@
 #include "optimize/improve_mesh.h"
 
-#include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "base/status_macros.h"
-#include "closure/boundary_defects.h"
 #include "closure/close_complex.h"
 #include "closure/improve_closure.h"
 #include "closure/peel_stars.h"
 #include "optimize/hull_features.h"
 #include "optimize/place_vertices.h"
-#include "optimize/raise_quality.h"
+#include "optimize/refill_places.h"
 
 namespace amhex {
 namespace {
@@ -24,61 +22,13 @@ struct ImprovementRound {
 };
 constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}, {0.28, 7}};
 
-// One star in ten thousand cells can hold the minimum where no repair of it helps. Where the worst
-// cell is below this, such places are opened and filled anew, each time a layer wider.
-constexpr double kGoodMinimum = 0.26;
-constexpr int kMaxRefills = 4;
-// Each costs a placing of the whole mesh: two are what large ones can afford.
-constexpr size_t kLargeMesh = 20'000;
-constexpr int kMaxRefillsOfLarge = 2;
-// Cells this little above the minimum are refilled along with the worst.
-constexpr double kPoorMargin = 0.1;
-constexpr double kMinRefillGain = 0.01;
-// New boundary faces and moved vertices may cut off or add this many cells, and this share of all;
-// a place that is lost shows in more.
-constexpr double kMaxVolumeChange = 0.5;
-constexpr double kMaxVolumeChangeShare = 1e-4;
+// So many rounds first put up with cells that fold in what is left of a peeled star, and move the
+// vertices before anything is repaired: most unfold.
+constexpr size_t kFoldingRounds = 2;
 
 // Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
 // time.
 constexpr int kMaxMends = 4;
-
-double VolumeOf(const CellComplex& complex) {
-  double volume = 0;
-  for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
-  return volume;
-}
-
-// True if a refilled complex covers what it did before and its boundary has no defect.
-bool IsSameSolid(const CellComplex& refilled, const CellComplex& before, const Hull& hull) {
-  const double permitted = kMaxVolumeChange + kMaxVolumeChangeShare * hull.volume;
-  return std::abs(VolumeOf(refilled) - VolumeOf(before)) < permitted &&
-         FindBoundaryDefects(WorkingMesh(refilled), hull).empty();
-}
-
-// Keeps what raises the minimum.
-absl::StatusOr<CellComplex> RefillPoorest(CellComplex complex, const Hull& hull,
-                                          const HullFeatures& features, const MeshingParams& params,
-                                          RunContext& run) {
-  bool is_refilled = false;
-  double minimum = SummarizeQuality(complex).minimum;
-  const int most = complex.cells.size() > kLargeMesh ? kMaxRefillsOfLarge : kMaxRefills;
-  for (int layers = 0; layers < most && minimum < kGoodMinimum; ++layers) {
-    const PoorCells poor{std::min(kGoodMinimum, minimum + kPoorMargin), layers};
-    absl::StatusOr<Mended> refilled = RefillPoorCells(complex, hull, poor, params, run);
-    if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
-    if (!refilled.ok()) continue;  // the place resists; what is there is valid
-    AMHEX_ASSIGN_OR_RETURN(CellComplex placed, PlaceVertices(std::move(refilled->complex), features,
-                                                             run, PlacementEffort::kValid));
-    const double reached = SummarizeQuality(placed).minimum;
-    if (reached < minimum + kMinRefillGain || !IsSameSolid(placed, complex, hull)) continue;
-    complex = std::move(placed);
-    minimum = reached;
-    is_refilled = true;
-  }
-  if (!is_refilled) return complex;
-  return PlaceVertices(std::move(complex), features, run, PlacementEffort::kRaise);
-}
 
 }  // namespace
 
@@ -89,15 +39,21 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     return PlaceVertices(std::move(complex), features, run, effort);
   };
   bool is_placed = false;
-  for (const ImprovementRound& round : kRounds) {
+  for (size_t i = 0; i < std::size(kRounds); ++i) {
     if (!is_placed) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
     }
     const std::vector<CellCorners> before = complex.cells;
     // Repairs and moves make room: what could not be peeled or joined a round ago may be now.
-    AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, run));
+    const StarFolds folds = i < kFoldingRounds ? StarFolds::kAllowed : StarFolds::kRefused;
+    AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
     AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, hull, run));
-    AMHEX_ASSIGN_OR_RETURN(complex, RepairCells(complex, hull, round.quality, round.depth, run));
+    if (folds == StarFolds::kAllowed && complex.cells != before) {
+      AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
+    }
+    AMHEX_ASSIGN_OR_RETURN(
+        complex, RepairCells(complex, hull,
+                             {.quality = kRounds[i].quality, .depth = kRounds[i].depth}, run));
     is_placed = complex.cells == before;
   }
   AMHEX_ASSIGN_OR_RETURN(complex,
@@ -108,7 +64,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     if (!mended.changed) break;
     AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
-  return RefillPoorest(std::move(complex), hull, features, params, run);
+  return RefillPlaces(complex, hull, features, params, run);
 }
 
 }  // namespace amhex

@@ -10,7 +10,8 @@
 namespace amhex {
 
 // Alternates PlaceVertices (geometry) with PeelStars, JoinStars and RepairCells (topology) until
-// nothing is replaced or a bound on the rounds is reached. The complex must be closed and stays so.
+// nothing is replaced or a bound on the rounds is reached, then RefillPlaces mends what is still
+// poor. The complex must be closed and stays so.
 // Errors: CANCELLED, DEADLINE_EXCEEDED.
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
                                         const MeshingParams& params, RunContext& run);

@@ -55,9 +55,11 @@ constexpr double kUnbearable = 0.28;
 
 class Placer {
  public:
-  Placer(Placement& placement, RunContext& run)
+  // `watched`, if any, is told of progress.
+  Placer(Placement& placement, const RunContext& run, RunContext* watched)
       : placement_(placement),
         run_(run),
+        watched_(watched),
         vertex_count_(static_cast<int64_t>(placement.complex.vertices.size())),
         cells_by_type_(CountCells(placement.complex)) {}
 
@@ -113,7 +115,7 @@ class Placer {
   // Level by level; cells that a level cannot raise are left behind, or one hopeless cell would end
   // it for all others.
   absl::Status RaiseLevels(const LevelShape& shape, int max_levels) {
-    std::vector<uint8_t> hopeless(placement_.complex.cells.size(), 0);
+    std::vector<uint8_t> hopeless = FixedCells();
     const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
     for (int level = 0; level < max_levels; ++level) {
       const double minimum = LeastOf(quality, hopeless);
@@ -128,6 +130,18 @@ class Placer {
       }
     }
     return absl::OkStatus();
+  }
+
+  // 1 for cells none of whose vertices may move.
+  std::vector<uint8_t> FixedCells() const {
+    const auto is_fixed = [this](int32_t v) {
+      return placement_.constraints.vertex[v].kind == Constraint::kFixed;
+    };
+    std::vector<uint8_t> fixed;
+    for (const CellCorners& corners : placement_.complex.cells) {
+      fixed.push_back(std::all_of(corners.begin(), corners.end(), is_fixed) ? 1 : 0);
+    }
+    return fixed;
   }
 
   static double LeastOf(const std::vector<float>& quality, const std::vector<uint8_t>& hopeless) {
@@ -177,7 +191,8 @@ class Placer {
   }
 
   void Report(double fraction) {
-    Progress progress = run_.progress();
+    if (watched_ == nullptr) return;
+    Progress progress = watched_->progress();
     progress.stage_fraction = fraction;
     progress.cell_count = static_cast<int64_t>(placement_.complex.cells.size());
     progress.cells_by_type = cells_by_type_;
@@ -187,11 +202,12 @@ class Placer {
       progress.average_scaled_jacobian = std::accumulate(quality.begin(), quality.end(), 0.0) /
                                          static_cast<double>(quality.size());
     }
-    run_.Report(progress);
+    watched_->Report(progress);
   }
 
   Placement& placement_;
-  RunContext& run_;
+  const RunContext& run_;
+  RunContext* const watched_;
   int64_t vertex_count_ = 0;
   const CellCounts cells_by_type_;
 };
@@ -217,9 +233,24 @@ absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeature
   // Judge the maps that the output will have.
   for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
   Placement placement = PreparePlacement(complex, features);
-  status = Placer(placement, run).Run(effort);
+  status = Placer(placement, run, &run).Run(effort);
   if (!status.ok()) return status;
   return complex;
+}
+
+absl::StatusOr<CellComplex> PlacePart(CellComplex part, const std::vector<uint8_t>& fixed,
+                                      const HullFeatures& features, const RunContext& run,
+                                      PlacementEffort effort) {
+  absl::Status status = CheckCells(part);
+  if (!status.ok()) return status;
+  for (CellCorners& corners : part.cells) corners = AsListedInFigure2(corners);
+  Placement placement = PreparePlacement(part, features);
+  for (size_t v = 0; v < fixed.size(); ++v) {
+    if (fixed[v]) placement.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
+  }
+  status = Placer(placement, run, nullptr).Run(effort);
+  if (!status.ok()) return status;
+  return part;
 }
 
 }  // namespace amhex

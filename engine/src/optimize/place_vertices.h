@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
@@ -30,5 +31,12 @@ enum class PlacementEffort : uint8_t {
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
                                           RunContext& run,
                                           PlacementEffort effort = PlacementEffort::kBest);
+
+// The same for a part of a mesh: vertices v with fixed[v] = 1 stay; those behind the end of `fixed`
+// may move. Faces towards cells that are not in the part need not be closed, but the vertices of
+// the cells there must be fixed. Tells nobody of its progress.
+absl::StatusOr<CellComplex> PlacePart(CellComplex part, const std::vector<uint8_t>& fixed,
+                                      const HullFeatures& features, const RunContext& run,
+                                      PlacementEffort effort);
 
 }  // namespace amhex

@@ -96,21 +96,6 @@ Vec3d FaceMiddle(const Placement& placement, int32_t f, int32_t vertex, const Ve
   return middle / static_cast<double>(face.count);
 }
 
-// True if no hull face at the vertex sags by more than it may, or than it did at `start`.
-bool SagIsPermitted(const Placement& placement, int32_t vertex, const Vec3d& start,
-                    const Vec3d& position) {
-  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
-    const Vec3d middle = FaceMiddle(placement, f, vertex, position);
-    if (placement.features.IsWithin(middle, kFreeSag)) continue;
-    const Vec3d middle_before = FaceMiddle(placement, f, vertex, start);
-    if (placement.features.Closest(middle).distance >
-        placement.features.Closest(middle_before).distance) {
-      return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 MoveJudge::MoveJudge(const Placement& placement, int32_t vertex, const CornerPenalty& penalty,
@@ -143,7 +128,27 @@ bool MoveJudge::Permits(const LocalScore& trial, double floor) {
       agreement < WorstNormalAgreement(placement_, vertex_, start_)) {
     return false;
   }
-  return SagIsPermitted(placement_, vertex_, start_, tried);
+  return SagIsPermitted(tried);
+}
+
+bool MoveJudge::SagIsPermitted(const Vec3d& position) {
+  const auto faces = placement_.neighbourhoods.hull_faces[vertex_];
+  for (int64_t i = 0; i < faces.size(); ++i) {
+    const Vec3d middle = FaceMiddle(placement_, faces.first[i], vertex_, position);
+    if (placement_.features.IsWithin(middle, kFreeSag)) continue;
+    if (!placement_.features.IsWithin(middle, SagBefore(i))) return false;
+  }
+  return true;
+}
+
+double MoveJudge::SagBefore(int64_t i) {
+  const auto faces = placement_.neighbourhoods.hull_faces[vertex_];
+  if (sag_before_.empty()) sag_before_.assign(faces.size(), -1.0);
+  if (sag_before_[i] < 0) {
+    const Vec3d middle = FaceMiddle(placement_, faces.first[i], vertex_, start_);
+    sag_before_[i] = placement_.features.Closest(middle).distance;
+  }
+  return sag_before_[i];
 }
 
 }  // namespace amhex

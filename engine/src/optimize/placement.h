@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "absl/container/inlined_vector.h"
 #include "absl/status/status.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
@@ -63,11 +64,17 @@ class MoveJudge {
   bool Permits(const LocalScore& trial, double floor);
 
  private:
+  // True if no hull face at the vertex sags by more than it may, or than it did before.
+  bool SagIsPermitted(const Vec3d& position);
+  // How far the middle of the i-th hull face at the vertex was from the hull before.
+  double SagBefore(int64_t i);
+
   const Placement& placement_;
   int32_t vertex_;
   Vec3d start_;
   LocalCells cells_;
   LocalScore score_;
+  absl::InlinedVector<double, 8> sag_before_;  // by hull face at the vertex; < 0: not known yet
 };
 
 }  // namespace amhex

@@ -22,7 +22,7 @@ constexpr double kLowestFloor = 0.25;
 
 bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
-  if (constraint.kind == Constraint::kFree) return false;
+  if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return false;
   const Vec3d start = placement.complex.vertices[v];
   const Vec3d target = Constrain(constraint, start, placement.features).point;
   if (Norm(target - start) < kOnHull) return false;
@@ -41,7 +41,7 @@ bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
 
 double OffsetOf(const Placement& placement, size_t v) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
-  if (constraint.kind == Constraint::kFree) return 0;
+  if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return 0;
   const Vec3d& p = placement.complex.vertices[v];
   return Norm(Constrain(constraint, p, placement.features).point - p);
 }

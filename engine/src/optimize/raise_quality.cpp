@@ -36,6 +36,7 @@ FreeAxes AxesAt(const VertexConstraint& constraint, const ConstrainedPoint& at) 
     case Constraint::kCrease:
       return {1, {at.direction, Vec3d{}, Vec3d{}}};
     case Constraint::kCorner:
+    case Constraint::kFixed:
       break;
   }
   return {};
@@ -127,7 +128,8 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
   };
   const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
     if (!memory.active[v]) return;
-    if (placement.constraints.vertex[v].kind == Constraint::kCorner) return;
+    const Constraint kind = placement.constraints.vertex[v].kind;
+    if (kind == Constraint::kCorner || kind == Constraint::kFixed) return;
     if (!is_needed(v)) return;
     memory.step[v] = std::max(memory.step[v], kSmallestStep * 4);
     moved[v] = VertexSearch(placement, rules, survey.near_folding, v).Run(memory.step[v]);

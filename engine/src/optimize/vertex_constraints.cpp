@@ -197,6 +197,7 @@ ConstrainedPoint ConstrainWithin(const VertexConstraint& constraint, const Vec3d
                                  const HullFeatures& features) {
   switch (constraint.kind) {
     case Constraint::kFree:
+    case Constraint::kFixed:
       break;
     case Constraint::kPatch: {
       const HullPoint hit = features.ClosestOnPatch(constraint.patch_a, p, bound);

@@ -1,4 +1,5 @@
-// Where each vertex may be: anywhere inside, on its patch of the hull, on a crease, at a corner.
+// Where each vertex may be: anywhere inside, on its patch of the hull, on a crease, at a corner, or
+// nowhere but where it is.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 
 namespace amhex {
 
-enum class Constraint : uint8_t { kFree, kPatch, kCrease, kCorner };
+enum class Constraint : uint8_t { kFree, kPatch, kCrease, kCorner, kFixed };
 
 struct VertexConstraint {
   Constraint kind = Constraint::kFree;

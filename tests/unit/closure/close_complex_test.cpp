@@ -246,7 +246,7 @@ TEST(RepairCells, NeverLeavesAClosedComplexOpen) {
   const auto joined = JoinStars(*closed, hull, run);
   ASSERT_TRUE(joined.ok());
   EXPECT_LE(joined->cells.size(), closed->cells.size());
-  const auto repaired = RepairCells(*joined, hull, 0.3, 4, run);
+  const auto repaired = RepairCells(*joined, hull, {.quality = 0.3, .depth = 4}, run);
   ASSERT_TRUE(repaired.ok());
   EXPECT_TRUE(WorkingMesh(*repaired).OpenFaces().empty());
 }

@@ -64,7 +64,7 @@ CellComplex HexahedronBesidePrisms() {
 TEST(PeelStars, LeavesAMeshWithoutStarsAlone) {
   RunContext run;
   const CellComplex grid = GridComplex({2, 2, 2});
-  const auto peeled = PeelStars(grid, run);
+  const auto peeled = PeelStars(grid, StarFolds::kAllowed, run);
   ASSERT_TRUE(peeled.ok());
   EXPECT_EQ(peeled->cells, grid.cells);
 }
@@ -73,7 +73,7 @@ TEST(PeelStars, AStarInACubeBecomesTheCube) {
   RunContext run;
   const CellComplex star = WithStar(GridComplex({3, 3, 3}), {13}, {1.5, 1.5, 1.5});
   ASSERT_EQ(star.cells.size(), 32u);
-  const auto peeled = PeelStars(star, run);
+  const auto peeled = PeelStars(star, StarFolds::kAllowed, run);
   ASSERT_TRUE(peeled.ok());
   EXPECT_EQ(peeled->cells.size(), 27u);
   EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 27);
@@ -87,7 +87,7 @@ TEST(PeelStars, AStarOverAHexahedronAndAPrismBecomesBoth) {
   const int prism = mesh.Across(FaceInDirection(mixed.cells[0], 1));
   ASSERT_GT(prism, 0);
   const CellComplex star = WithStar(mixed, {0, prism}, {1.0, 0.6, 0.5});
-  const auto peeled = PeelStars(star, run);
+  const auto peeled = PeelStars(star, StarFolds::kAllowed, run);
   ASSERT_TRUE(peeled.ok());
   EXPECT_EQ(peeled->cells.size(), 3u);
   EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 1);
@@ -105,7 +105,7 @@ TEST(PeelStars, KeepsSpaceHullAndClosedness) {
       for (const int32_t v : grid.cells[cell]) apex += grid.vertices[v] / (8.0 * bar.size());
     }
     const CellComplex star = WithStar(grid, bar, apex);
-    const auto peeled = PeelStars(star, run);
+    const auto peeled = PeelStars(star, StarFolds::kAllowed, run);
     ASSERT_TRUE(peeled.ok());
     EXPECT_LT(peeled->cells.size(), star.cells.size());
     EXPECT_NEAR(Volume(*peeled), 64.0, 1e-9);
@@ -136,7 +136,8 @@ TEST(PeelStars, StopsWhenAsked) {
     grid = WithStar(grid, {cell}, centre);
   }
   ASSERT_GE(middles.size(), 64u);
-  EXPECT_EQ(PeelStars(grid, run).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(PeelStars(grid, StarFolds::kAllowed, run).status().code(),
+            absl::StatusCode::kCancelled);
 }
 
 }  // namespace

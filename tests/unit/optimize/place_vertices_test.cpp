@@ -122,6 +122,28 @@ TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHul
   EXPECT_LT(nearest, 1e-6);
 }
 
+TEST(PlacePart, MovesOnlyTheVerticesThatAreNotFixed) {
+  const GridSize n{6, 5, 5};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.25);
+  const Hull hull = BoxHull(n);
+  std::vector<uint8_t> fixed;
+  for (const Vec3d& p : complex.vertices) fixed.push_back(p.x < 2.5 ? 1 : 0);
+  const RunContext run;
+  const auto placed = PlacePart(complex, fixed, HullFeatures(hull), run, PlacementEffort::kBest);
+  ASSERT_TRUE(placed.ok());
+  int moved = 0;
+  for (size_t v = 0; v < fixed.size(); ++v) {
+    if (fixed[v]) {
+      EXPECT_EQ(placed->vertices[v], complex.vertices[v]);
+    } else {
+      moved += Norm(placed->vertices[v] - complex.vertices[v]) > 0.01 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(moved, 50);
+  EXPECT_GT(SummarizeQuality(*placed).average, SummarizeQuality(complex).average + 0.05);
+}
+
 TEST(PlaceVertices, StopsWhenAsked) {
   const GridSize n{4, 4, 4};
   RunContext run;

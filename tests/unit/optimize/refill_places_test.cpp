@@ -1,0 +1,135 @@
+// Laws of refilling: nothing gets poorer, nothing far away moves, the mesh stays closed.
+#include "optimize/refill_places.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <random>
+
+#include "closure/close_complex.h"
+#include "closure/working_mesh.h"
+#include "fixtures/solids.h"
+#include "optimize/raise_quality.h"
+#include "output/validate.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridSize;
+
+Hull BoxHull(const GridSize& n) {
+  return testing_support::HullOfMesh(
+      fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 0.5));
+}
+
+CellComplex Refilled(const CellComplex& complex, const Hull& hull) {
+  const RunContext run;
+  auto refilled = RefillPlaces(complex, hull, HullFeatures(hull), MeshingParams{}, run);
+  EXPECT_TRUE(refilled.ok()) << refilled.status().ToString();
+  return *refilled;
+}
+
+// The hexahedron around each of `places` becomes six pyramids whose apex all but lies in one of
+// their bases.
+CellComplex WithPoorStars(const GridSize& n, const std::vector<Vec3d>& places) {
+  const CellComplex grid = GridComplex(n);
+  WorkingMesh mesh(grid);
+  for (const Vec3d& place : places) {
+    for (int cell = 0; cell < static_cast<int>(grid.cells.size()); ++cell) {
+      Vec3d centre;
+      for (const int32_t v : grid.cells[cell]) centre += grid.vertices[v] / 8.0;
+      if (Norm(centre - place) > 0.1) continue;
+      const CellFaces faces = FacesOf(grid.cells[cell]);
+      mesh.RemoveCell(cell);
+      const int apex = mesh.AddVertex(centre + Vec3d{0, 0.1, 0.46});
+      for (const CellFace& face : faces) mesh.AddCell(MakePyramid(face.v, apex));
+    }
+  }
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+TEST(RefillPlaces, LeavesAMeshWithoutPoorCellsAsItIs) {
+  const GridSize n{4, 4, 4};
+  CellComplex complex = GridComplex(n);
+  testing_support::Shake(complex, 0.1);
+  const CellComplex refilled = Refilled(complex, BoxHull(n));
+  EXPECT_EQ(refilled.cells, complex.cells);
+  EXPECT_EQ(refilled.vertices, complex.vertices);
+}
+
+TEST(RefillPlaces, OfNothingIsNothing) {
+  EXPECT_TRUE(Refilled(CellComplex{}, BoxHull({1, 1, 1})).cells.empty());
+}
+
+TEST(RefillPlaces, MendsAPoorPlaceAndMovesNothingFarFromIt) {
+  const GridSize n{14, 5, 5};
+  const Vec3d place{2.5, 2.5, 2.5};
+  const CellComplex complex = WithPoorStars(n, {place});
+  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
+  const CellComplex refilled = Refilled(complex, BoxHull(n));
+  EXPECT_GT(SummarizeQuality(refilled).minimum, 0.28);
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(refilled));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+  for (size_t v = 0; v < GridComplex(n).vertices.size(); ++v) {
+    if (Norm(complex.vertices[v] - place) < 7) continue;
+    EXPECT_EQ(refilled.vertices[v], complex.vertices[v]);
+  }
+}
+
+TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
+  const GridSize n{24, 6, 6};
+  const CellComplex complex =
+      WithPoorStars(n, {{2.5, 2.5, 2.5}, {6.5, 3.5, 2.5}, {12.5, 0.5, 0.5}, {21.5, 2.5, 5.5}});
+  const Hull hull = BoxHull(n);
+  std::vector<CellComplex> results;
+  for (const size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(Refilled(complex, hull));
+  }
+  EXPECT_GT(SummarizeQuality(results[0]).minimum, 0.28);
+  for (const CellComplex& other : results) {
+    EXPECT_EQ(results[0].cells, other.cells);
+    EXPECT_EQ(results[0].vertices, other.vertices);
+    EXPECT_EQ(results[0].hull_faces.size(), other.hull_faces.size());
+  }
+}
+
+TEST(RefillPlaces, NeverLowersTheMinimumNorOpensAMesh) {
+  const GridSize n{5, 4, 4};
+  const Hull hull = BoxHull(n);
+  RunContext run;
+  int poor = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    WorkingMesh mesh(GridComplex(n));
+    std::minstd_rand random(seed);
+    for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+      if (random() % 3 == 0) mesh.RemoveCell(cell);
+    }
+    const auto closed = CloseComplex(mesh.ToComplex(), hull, MeshingParams{}, run);
+    ASSERT_TRUE(closed.ok()) << closed.status().ToString();
+    const double before = SummarizeQuality(*closed).minimum;
+    poor += before < 0.28 ? 1 : 0;
+    const CellComplex refilled = Refilled(*closed, hull);
+    EXPECT_GE(SummarizeQuality(refilled).minimum, before) << "seed " << seed;
+    EXPECT_FALSE(WorkingMesh(refilled).HasOpenFaces()) << "seed " << seed;
+  }
+  EXPECT_GT(poor, 1) << "or the test shows nothing";
+}
+
+TEST(RefillPlaces, StopsWhenAsked) {
+  const GridSize n{6, 6, 6};
+  const Hull hull = BoxHull(n);
+  RunContext run;
+  run.RequestStop();
+  const auto refilled = RefillPlaces(WithPoorStars(n, {{2.5, 2.5, 2.5}}), hull, HullFeatures(hull),
+                                     MeshingParams{}, run);
+  EXPECT_EQ(refilled.status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
