@@ -22,8 +22,12 @@ template <class Body>
 void ForEach(const RunContext& run, int64_t count, const Body& body) {
   using Range = oneapi::tbb::blocked_range<int64_t>;
   oneapi::tbb::parallel_for(Range(0, count, kLoopGrain), [&](const Range& range) {
-    if (run.ShouldStop()) return;
-    for (int64_t i = range.begin(); i < range.end(); ++i) body(i);
+    // Ranges may be far longer than the grain.
+    for (int64_t first = range.begin(); first < range.end(); first += kLoopGrain) {
+      if (run.ShouldStop()) return;
+      const int64_t end = std::min(range.end(), first + kLoopGrain);
+      for (int64_t i = first; i < end; ++i) body(i);
+    }
   });
 }
 
@@ -34,8 +38,8 @@ double DeterministicSum(const RunContext& run, int64_t count, const RangeSum& ra
   std::vector<double> partial(block_count, 0.0);
   using Range = oneapi::tbb::blocked_range<int64_t>;
   oneapi::tbb::parallel_for(Range(0, block_count, 1), [&](const Range& range) {
-    if (run.ShouldStop()) return;
     for (int64_t b = range.begin(); b < range.end(); ++b) {
+      if (run.ShouldStop()) return;
       partial[b] = range_sum(b * kSumBlock, std::min(count, (b + 1) * kSumBlock));
     }
   });

@@ -30,13 +30,13 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
 // Joins vertices only as far as that is needed for a closed surface.
 EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings,
                                const StopPoll& poll) {
-  Note(DropUnusedVertices(mesh), "vertices that no triangle uses, left out", warnings);
+  Note(DropUnusedVertices(mesh, poll), "vertices that no triangle uses, left out", warnings);
   CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh, poll);
   EdgeAdjacency adjacency = FindEdgeAdjacency(mesh, poll);
   for (const double tolerance : {0.0, kRoundingDistance}) {
     if (adjacency.IsClosedManifold()) break;
     const CleanCounts more = MergeVertices(tolerance, mesh, poll);
-    DropUnusedVertices(mesh);
+    DropUnusedVertices(mesh, poll);
     counts.merged_vertices += more.merged_vertices;
     counts.empty_triangles += more.empty_triangles;
     counts.repeated_triangles += more.repeated_triangles;
@@ -63,7 +63,8 @@ absl::StatusOr<size_t> CapAll(RunContext& run, TriangleMesh& mesh) {
 // Caps, orients and checks; false if the surface cannot be kept as it is.
 absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>& warnings,
                                    RunContext& run) {
-  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings, StopPoll(run));
+  const StopPoll poll(run);
+  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings, poll);
   if (mesh.triangles.empty()) {
     return absl::InvalidArgumentError("the input's triangles all have no area");
   }
@@ -71,28 +72,27 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
     Note(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
     return false;
   }
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  Components components = FindComponents(adjacency, StopPoll(run));
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  const OrientationResult orientation = MakeOrientationConsistent(adjacency, components, mesh);
+  Components components = FindComponents(adjacency, poll);
+  const OrientationResult orientation =
+      MakeOrientationConsistent(adjacency, components, mesh, poll);
   if (!orientation.is_orientable) {
     warnings.push_back("the surface has only one side somewhere");
     return false;
   }
   Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
-  adjacency =
-      FindEdgeAdjacency(mesh, StopPoll(run));  // turned triangles have their edges in another order
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  SplitFans(adjacency, mesh);
+  // Turned triangles have their edges in another order.
+  adjacency = FindEdgeAdjacency(mesh, poll);
+  SplitFans(adjacency, mesh, poll);
   size_t openings = 0;
   if (adjacency.open_edge_count > 0) {
     AMHEX_ASSIGN_OR_RETURN(openings, CapAll(run, mesh));
-    adjacency = FindEdgeAdjacency(mesh);
+    adjacency = FindEdgeAdjacency(mesh, poll);
     if (!adjacency.IsClosedManifold()) return false;
     // Patches come last and touch one component each: the old ones keep their numbers.
-    components = FindComponents(adjacency);
+    components = FindComponents(adjacency, poll);
   }
   const ComponentDecision decision = OrientComponents(orientation, mesh, components);
+  poll.Now();
   if (decision.components_cut || decision.dropped_flat_area_ratio > kShreddedAreaRatio) {
     return false;
   }
@@ -103,10 +103,9 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   }
   Note(decision.turned_components, "components turned to look outward", warnings);
   Note(decision.dropped_components, "components that bound no volume, left out", warnings);
-  DropUnusedVertices(mesh);
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  DropUnusedVertices(mesh, poll);
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
-  const HullQueries queries(mesh.vertices, mesh.triangles, StopPoll(run));
+  const HullQueries queries(mesh.vertices, mesh.triangles, poll);
   return MisboundedAreaRatio(mesh, queries) <= kTolerableMisboundedRatio;
 }
 
@@ -123,9 +122,10 @@ absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wan
 
   // The soup as oriented as it can be; patches that closed nothing are not part of it.
   std::vector<std::string> ignored;
-  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, StopPoll(run));
-  MakeOrientationConsistent(adjacency, FindComponents(adjacency), mesh);
-  DropUnusedVertices(mesh);
+  const StopPoll poll(run);
+  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, poll);
+  MakeOrientationConsistent(adjacency, FindComponents(adjacency, poll), mesh, poll);
+  DropUnusedVertices(mesh, poll);
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));
   surface.warnings.push_back(
       "the surface does not bound a solid by itself; rebuilt where its winding number is one half");

@@ -1,5 +1,8 @@
 #include "input/curvature.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -11,21 +14,25 @@
 namespace amhex {
 namespace {
 
+// Some milliseconds of work.
+constexpr size_t kTrianglesPerBlock = 4096;
+
 // The hull with one vertex per smooth fan: cut open along its sharp edges.
-TriangleMesh CutAlongSharpEdges(const Hull& hull) {
+TriangleMesh CutAlongSharpEdges(const Hull& hull, const StopPoll& poll) {
   TriangleMesh cut{hull.vertices, hull.triangles};
-  EdgeAdjacency adjacency = FindEdgeAdjacency(cut);
+  EdgeAdjacency adjacency = FindEdgeAdjacency(cut, poll);
   std::vector<std::pair<int32_t, int32_t>> walls;
   for (const SharpEdge& edge : hull.sharp_edges) {
     walls.emplace_back(std::minmax(edge.vertex_a, edge.vertex_b));
   }
   std::sort(walls.begin(), walls.end());
   for (size_t e = 0; e < adjacency.opposite.size(); ++e) {
+    poll.At(static_cast<int64_t>(e));
     const auto& t = hull.triangles[e / 3];
     const std::pair<int32_t, int32_t> edge = std::minmax(t[e % 3], t[(e + 1) % 3]);
     if (std::binary_search(walls.begin(), walls.end(), edge)) adjacency.opposite[e] = kOpenEdge;
   }
-  SplitFans(adjacency, cut);
+  SplitFans(adjacency, cut, poll);
   return cut;
 }
 
@@ -34,9 +41,11 @@ double AngleAt(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return std::atan2(Norm(Cross(u, v)), Dot(u, v));
 }
 
-std::vector<Vec3d> VertexNormals(const TriangleMesh& mesh, const std::vector<Vec3d>& normals) {
+std::vector<Vec3d> VertexNormals(const TriangleMesh& mesh, const std::vector<Vec3d>& normals,
+                                 const StopPoll& poll) {
   std::vector<Vec3d> sums(mesh.vertices.size());
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    poll.At(static_cast<int64_t>(t));
     const auto& corners = mesh.triangles[t];
     for (size_t i = 0; i < 3; ++i) {
       const auto a = static_cast<size_t>(corners[i]);
@@ -78,19 +87,26 @@ SymmetricTensor TriangleTensor(const std::array<Vec3d, 3>& corner,
 
 }  // namespace
 
-std::vector<SymmetricTensor> TriangleCurvatures(const Hull& hull) {
-  const TriangleMesh cut = CutAlongSharpEdges(hull);
-  const std::vector<Vec3d> normals = VertexNormals(cut, hull.triangle_normals);
+std::vector<SymmetricTensor> TriangleCurvatures(const Hull& hull, const StopPoll& poll) {
+  const TriangleMesh cut = CutAlongSharpEdges(hull, poll);
+  const std::vector<Vec3d> normals = VertexNormals(cut, hull.triangle_normals, poll);
   std::vector<SymmetricTensor> tensors(cut.triangles.size());
-  for (size_t t = 0; t < cut.triangles.size(); ++t) {
+  const auto compute = [&](size_t t) {
     std::array<Vec3d, 3> corner, normal;
     for (size_t i = 0; i < 3; ++i) {
       const auto v = static_cast<size_t>(cut.triangles[t][i]);
       corner[i] = cut.vertices[v], normal[i] = normals[v];
     }
-    if (IsDegenerate(corner[0], corner[1], corner[2])) continue;
+    if (IsDegenerate(corner[0], corner[1], corner[2])) return;
     tensors[t] = TriangleTensor(corner, normal, hull.triangle_normals[t]);
-  }
+  };
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, tensors.size(), kTrianglesPerBlock),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t t = range.begin(); t < range.end(); ++t) {
+                        poll.At(static_cast<int64_t>(t));
+                        compute(t);
+                      }
+                    });
   return tensors;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
@@ -25,7 +26,7 @@ struct SymmetricTensor {
 // [triangle_count] how the normal turns along the triangle: Between(d, d) is the curvature in the
 // unit direction d, in 1 / edge length, positive where the solid is convex. Corner normals are
 // taken over the triangles that are reached without crossing a sharp edge.
-std::vector<SymmetricTensor> TriangleCurvatures(const Hull& hull);
+std::vector<SymmetricTensor> TriangleCurvatures(const Hull& hull, const StopPoll& poll = {});
 
 struct PrincipalDirections {
   Vec3d largest;             // unit, tangent to `normal`: direction of the largest |curvature|

@@ -142,11 +142,11 @@ SharpPoints SpreadOverSharpEdges(const Hull& hull) {
 class FrameFinder {
  public:
   FrameFinder(const Hull& hull, const Candidates& candidates, const PointTree& tree,
-              const Surroundings& surroundings)
+              const Surroundings& surroundings, const StopPoll& poll)
       : candidates_(candidates),
         tree_(tree),
         surroundings_(surroundings),
-        curvatures_(TriangleCurvatures(hull)),
+        curvatures_(TriangleCurvatures(hull, poll)),
         sharp_(SpreadOverSharpEdges(hull)),
         sharp_tree_(sharp_.position) {}
 
@@ -217,7 +217,7 @@ absl::StatusOr<HullSamples> SampleHull(const Hull& hull, const InputParams& /*pa
   AMHEX_ASSIGN_OR_RETURN(const std::vector<int32_t> chosen,
                          ChooseSamples(candidates, tree, surroundings, run));
 
-  const FrameFinder frames(hull, candidates, tree, surroundings);
+  const FrameFinder frames(hull, candidates, tree, surroundings, StopPoll(run));
   const size_t count = chosen.size();
   HullSamples samples;
   samples.position.resize(count), samples.normal.resize(count);

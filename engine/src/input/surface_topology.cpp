@@ -114,7 +114,8 @@ Components FindComponents(const EdgeAdjacency& adjacency, const StopPoll& poll) 
 }
 
 OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
-                                            const Components& components, TriangleMesh& mesh) {
+                                            const Components& components, TriangleMesh& mesh,
+                                            const StopPoll& poll) {
   OrientationResult result;
   const size_t triangle_count = mesh.triangles.size();
   constexpr uint8_t kUnknown = 2;
@@ -127,6 +128,7 @@ OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
     while (!stack.empty()) {
       const int32_t t = stack.back();
       stack.pop_back();
+      poll.At(t);
       for (HalfEdgeId e = 3 * t; e < 3 * t + 3; ++e) {
         const HalfEdgeId other = adjacency.opposite[static_cast<size_t>(e)];
         if (other < 0) continue;
@@ -145,6 +147,7 @@ OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
       }
     }
   }
+  poll.Now();
   std::vector<int64_t> size(static_cast<size_t>(components.count), 0);
   std::vector<int64_t> turned_in(static_cast<size_t>(components.count), 0);
   for (size_t t = 0; t < triangle_count; ++t) {
@@ -158,6 +161,7 @@ OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
         turned_in[component] > 0 && turned_in[component] < size[component];
   }
   for (size_t t = 0; t < triangle_count; ++t) {
+    poll.At(static_cast<int64_t>(t));
     const auto component = static_cast<size_t>(components.of_triangle[t]);
     const bool turn_fewer = 2 * turned_in[component] > size[component];
     if ((turned[t] != 0) == turn_fewer) continue;
@@ -167,10 +171,11 @@ OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
   return result;
 }
 
-int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh) {
+int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh, const StopPoll& poll) {
   const auto corner_count = static_cast<int32_t>(3 * mesh.triangles.size());
   CornerSets fans(static_cast<size_t>(corner_count));
   for (HalfEdgeId e = 0; e < corner_count; ++e) {
+    poll.At(e);
     const HalfEdgeId other = adjacency.opposite[static_cast<size_t>(e)];
     if (other < e) continue;
     const HalfEdgeId after = NextInTriangle(e), other_after = NextInTriangle(other);
@@ -185,6 +190,7 @@ int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh) {
   std::vector<int32_t> vertex_of_fan(static_cast<size_t>(corner_count), -1);
   int64_t added = 0;
   for (int32_t corner = 0; corner < corner_count; ++corner) {
+    poll.At(corner);
     const int32_t fan = fans.Root(corner);
     int32_t& vertex =
         mesh.triangles[static_cast<size_t>(corner / 3)][static_cast<size_t>(corner % 3)];
@@ -260,19 +266,22 @@ int64_t GenusOf(const TriangleMesh& mesh, const EdgeAdjacency& adjacency,
   return components.count - euler / 2;
 }
 
-int64_t DropUnusedVertices(TriangleMesh& mesh) {
+int64_t DropUnusedVertices(TriangleMesh& mesh, const StopPoll& poll) {
   std::vector<int32_t> renamed(mesh.vertices.size(), -1);
   for (const auto& t : mesh.triangles) {
     for (const int32_t v : t) renamed[static_cast<size_t>(v)] = 0;
   }
   int32_t kept = 0;
+  poll.Now();
   for (size_t v = 0; v < renamed.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
     if (renamed[v] < 0) continue;
     renamed[v] = kept;
     mesh.vertices[static_cast<size_t>(kept++)] = mesh.vertices[v];
   }
   const auto dropped = static_cast<int64_t>(mesh.vertices.size()) - kept;
   mesh.vertices.resize(static_cast<size_t>(kept));
+  poll.Now();
   for (auto& t : mesh.triangles) {
     for (int32_t& v : t) v = renamed[static_cast<size_t>(v)];
   }

@@ -43,11 +43,12 @@ struct OrientationResult {
   int64_t turned_count = 0;
 };
 OrientationResult MakeOrientationConsistent(const EdgeAdjacency& adjacency,
-                                            const Components& components, TriangleMesh& mesh);
+                                            const Components& components, TriangleMesh& mesh,
+                                            const StopPoll& poll = {});
 
 // Gives every fan of triangles around a vertex a vertex of its own, so that surfaces which touch
 // in a point come apart there. Returns the number of vertices added.
-int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh);
+int64_t SplitFans(const EdgeAdjacency& adjacency, TriangleMesh& mesh, const StopPoll& poll = {});
 
 // Where more than two triangles share an edge: drops the sheets (pieces cut out along such edges)
 // that end in the open, if what stays then is closed. Returns the number of sheets dropped; 0, with
@@ -64,7 +65,7 @@ int64_t GenusOf(const TriangleMesh& mesh, const EdgeAdjacency& adjacency,
                 const Components& components);
 
 // Drops vertices that no triangle uses; returns how many.
-int64_t DropUnusedVertices(TriangleMesh& mesh);
+int64_t DropUnusedVertices(TriangleMesh& mesh, const StopPoll& poll = {});
 
 // Signed volume per component: positive where outward. [component_count]
 std::vector<double> ComponentVolumes(const TriangleMesh& mesh, const Components& components);
