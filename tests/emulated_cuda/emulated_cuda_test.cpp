@@ -16,6 +16,7 @@
 #include "emulated_cuda/emulated_device.h"
 #include "exec/cpu_executor.h"
 #include "fields/phase_field.h"
+#include "input/ask_hull.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_impl.h"
 #include "unit/fields/field_fixtures.h"
@@ -148,6 +149,25 @@ TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenS
     EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
     EXPECT_EQ(controls().used, 0);
   }
+}
+
+TEST_F(EmulatedCuda, TakesAsMuchMemoryForHullQueriesAsEstimatedAndGivesItBackWhenStopped) {
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTorus(3, 1.2, 0.3));
+  const PlainPoints points{{hull.vertices.data(), static_cast<int64_t>(hull.vertices.size())}};
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const HullAsker asker(*hull.queries, &*device, run);
+  const auto ask = [&] { return asker.Ask(SideOf<PlainPoints>{points}).status(); };
+  controls().capacity = 1;
+  const double estimate = Announced(ask());
+  device_->Restart();
+  ASSERT_TRUE(ask().ok());
+  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+  EXPECT_EQ(controls().used, 0);
+  run.RequestStop();
+  EXPECT_EQ(ask().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(controls().used, 0);
 }
 
 TEST_F(EmulatedCuda, TakesAsMuchMemoryAsEstimated) {

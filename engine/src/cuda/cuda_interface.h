@@ -8,6 +8,8 @@
 
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
+#include "fields/hull_constraint.h"
+#include "input/hull_batch.h"
 #include "relax/relaxation_task.h"
 
 namespace amhex {
@@ -23,7 +25,10 @@ enum class CudaResult : int {
 
 // What the device can be asked for. A task is worked on in place, and is as it was unless it was
 // done.
-using CudaTask = std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*>;
+using CudaTask =
+    std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
+                 HullBatch<SideOf<PlainPoints>>*, HullBatch<SideOf<fields::CellCentres>>*,
+                 HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*>;
 
 extern "C" {
 

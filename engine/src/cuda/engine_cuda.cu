@@ -15,6 +15,7 @@
 #include "exec/cuda_executor.cuh"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
+#include "input/hull_batch_impl.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
@@ -103,6 +104,15 @@ CudaResult Solve(fields::GradientTask& task) {
 CudaResult Run(fields::GradientTask& task) {
   return std::visit([&]<class Operator>(const Operator&) { return Solve<Operator>(task); },
                     task.matrix);
+}
+
+template <class Question>
+CudaResult Run(HullBatch<Question>& batch) {
+  RequireMemory(
+      HullBatchBytes<CudaExecutor>(batch),
+      "asking the hull about " + std::to_string(batch.question.points.count()) + " points");
+  CudaExecutor executor(batch.should_stop);
+  return AnswerBatch(executor, batch) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
 // Runs `step` and turns what it throws into a result and a text.

@@ -14,46 +14,14 @@ constexpr int64_t kMaxNodes = (int64_t{1} << 31) - 1;
 // A side that is a whole number of cells but for rounding gets exactly that number.
 constexpr double kRoundingSlack = 1e-6;
 
-// Every third bit of a Morton code, packed.
-uint32_t Compact(uint64_t bits) {
-  bits &= 0x1249249249249249ULL;
-  bits = (bits | bits >> 2) & 0x10C30C30C30C30C3ULL;
-  bits = (bits | bits >> 4) & 0x100F00F00F00F00FULL;
-  bits = (bits | bits >> 8) & 0x001F0000FF0000FFULL;
-  bits = (bits | bits >> 16) & 0x001F00000000FFFFULL;
-  bits = (bits | bits >> 32) & 0x00000000001FFFFFULL;
-  return static_cast<uint32_t>(bits);
-}
-
-uint64_t Spread(uint32_t value) {
-  uint64_t bits = value & 0x1FFFFFU;
-  bits = (bits | bits << 32) & 0x001F00000000FFFFULL;
-  bits = (bits | bits << 16) & 0x001F0000FF0000FFULL;
-  bits = (bits | bits << 8) & 0x100F00F00F00F00FULL;
-  bits = (bits | bits << 4) & 0x10C30C30C30C30C3ULL;
-  bits = (bits | bits << 2) & 0x1249249249249249ULL;
-  return bits;
-}
-
 }  // namespace
 
-std::array<int32_t, 3> CellOfKey(uint64_t key) {
-  return {static_cast<int32_t>(Compact(key)), static_cast<int32_t>(Compact(key >> 1)),
-          static_cast<int32_t>(Compact(key >> 2))};
-}
-
-uint64_t KeyOfCell(const std::array<int32_t, 3>& cell) {
-  return Spread(static_cast<uint32_t>(cell[0])) | Spread(static_cast<uint32_t>(cell[1])) << 1 |
-         Spread(static_cast<uint32_t>(cell[2])) << 2;
-}
-
 Vec3d BackgroundGrid::Position(int64_t node) const {
-  const std::array<int32_t, 3> cell = CellOfKey(fine().key[node]);
-  return origin + Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * spacing;
+  return CentreOfCell(fine().key[node], origin, spacing);
 }
 
 absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spacing,
-                                                   const ProgressSlice& slice) {
+                                                   const ProgressSlice& slice, DeviceUse* device) {
   BackgroundGrid grid;
   grid.spacing = spacing;
   const Vec3d extent = hull.box.Extent();
@@ -69,8 +37,9 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spac
     grid.origin[axis] = (hull.box.low[axis] + hull.box.high[axis] - cells * grid.spacing) / 2;
   }
   const RunContext& run = slice.run();
+  const HullAsker asker(*hull.queries, device, run);
   absl::StatusOr<std::vector<uint64_t>> cells =
-      FindInsideCells(hull, grid.origin, grid.spacing, depth, run);
+      FindInsideCells(asker, grid.origin, grid.spacing, depth);
   if (!cells.ok()) return cells.status();
   const auto node_count = static_cast<int64_t>(cells->size());
   if (node_count == 0) {
@@ -83,7 +52,7 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spac
   }
   grid.levels.emplace_back().key = *std::move(cells);
   slice.Report(0.5);
-  if (absl::Status s = FindHullConstraints(hull, &grid, run); !s.ok()) return s;
+  if (absl::Status s = FindHullConstraints(asker, &grid); !s.ok()) return s;
   if (absl::Status s = FindGuideDirections(hull.guidance, &grid, run); !s.ok()) return s;
   slice.Report(0.8);
   if (absl::Status s = BuildPyramid(&grid, run); !s.ok()) return s;

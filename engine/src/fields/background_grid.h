@@ -13,7 +13,10 @@
 #include "amhex/run_context.h"
 #include "amhex/vec3.h"
 #include "fields/field_loops.h"
+#include "fields/grid_keys.h"
 #include "fields/grid_neighbours.h"
+#include "fields/hull_constraint.h"
+#include "input/ask_hull.h"
 #include "input/hull.h"
 
 namespace amhex::fields {
@@ -42,21 +45,6 @@ inline constexpr std::array<std::array<int, 3>, kNeighbourCount> kNeighbourOffse
     {0, -1, -1},
     {0, -1, 1},
 }};
-
-// "The hull passes through `point` with the outward unit `normal`."
-struct HullConstraint {
-  Vec3d normal;
-  Vec3d point;
-};
-
-// Up to three that differ clearly: a face, a sharp edge, a corner.
-struct HullConstraints {
-  std::array<HullConstraint, 3> item;
-  int count = 0;
-
-  const HullConstraint* begin() const { return item.data(); }
-  const HullConstraint* end() const { return item.data() + count; }
-};
 
 // One level of the pyramid; arrays have one entry per node.
 struct GridLevel {
@@ -96,23 +84,19 @@ struct BackgroundGrid {
   Vec3d Position(int64_t node) const;  // centre of the finest cell
 };
 
-// Position of a Morton code's cell, in cells.
-std::array<int32_t, 3> CellOfKey(uint64_t key);
-uint64_t KeyOfCell(const std::array<int32_t, 3>& cell);
-
 // All levels of the inside of `hull`, nodes `spacing` apart (edge lengths). INVALID_ARGUMENT when
 // no node lies inside, RESOURCE_EXHAUSTED when the box needs more than 2^20 cells along an axis or
-// 2^31 nodes. O(nodes log triangles).
+// 2^31 nodes. `device` answers what the hull is asked; null = the CPU. O(nodes log triangles).
 absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spacing,
-                                                   const ProgressSlice& slice);
+                                                   const ProgressSlice& slice,
+                                                   DeviceUse* device = nullptr);
 
 // The single steps, for tests.
 // Sorted Morton codes of the inside cells (grid_cells.cpp).
-absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const Hull& hull, const Vec3d& origin,
-                                                      double spacing, int depth,
-                                                      const RunContext& run);
+absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const HullAsker& hull, const Vec3d& origin,
+                                                      double spacing, int depth);
 // Fills constraint_of_node and constraints of the finest level (hull_constraints.cpp).
-absl::Status FindHullConstraints(const Hull& hull, BackgroundGrid* grid, const RunContext& run);
+absl::Status FindHullConstraints(const HullAsker& hull, BackgroundGrid* grid);
 // Fills guides_of_node and guides of the finest level (guide_directions.cpp).
 absl::Status FindGuideDirections(const Guidance& guidance, BackgroundGrid* grid,
                                  const RunContext& run);

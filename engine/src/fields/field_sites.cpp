@@ -68,7 +68,8 @@ absl::StatusOr<Fields> SolveFields(const Hull& hull, const HullSamples& samples,
   Fields result;
   result.device = device;
   const double spacing = 1.0 / kNodesPerEdge / std::cbrt(density);
-  AMHEX_ASSIGN_OR_RETURN(result.grid, BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone)));
+  AMHEX_ASSIGN_OR_RETURN(result.grid,
+                         BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
   OrientationSettings orientation_settings;
   orientation_settings.device = device;
   AMHEX_ASSIGN_OR_RETURN(const std::vector<Quaternion> frames,

@@ -5,39 +5,14 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/status_macros.h"
 #include "fields/background_grid.h"
-#include "input/hull_queries.h"
 
 namespace amhex::fields {
 namespace {
 
-enum class Octant : uint8_t { kOutside, kInside, kMixed };
-
 // Below this share of the octant's half diagonal beyond which it is uniform; rounding only.
 constexpr double kReachSlack = 1.000001;
-
-class OctantTest {
- public:
-  OctantTest(const HullQueries& queries, const Vec3d& origin, double spacing)
-      : queries_(queries), origin_(origin), spacing_(spacing) {}
-
-  // `level` 0 = single cells, whose centres decide.
-  Octant Classify(uint64_t key, int level) const {
-    const double side = std::ldexp(spacing_, level);
-    const std::array<int32_t, 3> cell = CellOfKey(key);
-    const Vec3d centre = origin_ + Vec3d{cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5} * side;
-    if (level > 0) {
-      const double reach = side * std::sqrt(3.0) / 2 * kReachSlack;
-      if (queries_.IsWithin(centre, reach)) return Octant::kMixed;
-    }
-    return queries_.IsInside(centre) ? Octant::kInside : Octant::kOutside;
-  }
-
- private:
-  const HullQueries& queries_;
-  Vec3d origin_;
-  double spacing_;
-};
 
 void AppendCells(uint64_t key, int level, std::vector<uint64_t>* cells) {
   const uint64_t first = key << 3 * level;
@@ -47,21 +22,20 @@ void AppendCells(uint64_t key, int level, std::vector<uint64_t>* cells) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const Hull& hull, const Vec3d& origin,
-                                                      double spacing, int depth,
-                                                      const RunContext& run) {
-  const OctantTest test(*hull.queries, origin, spacing);
+absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const HullAsker& hull, const Vec3d& origin,
+                                                      double spacing, int depth) {
   std::vector<uint64_t> cells;
   std::vector<uint64_t> octants{0};
   for (int level = depth; level >= 0; --level) {
-    std::vector<Octant> kind(octants.size(), Octant::kOutside);
-    ForEach(run, static_cast<int64_t>(octants.size()),
-            [&](int64_t i) { kind[i] = test.Classify(octants[i], level); });
-    if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
+    const double side = std::ldexp(spacing, level);
+    SideOf<CellCentres> question{CentresOf(octants, origin, side)};
+    // The hull may pass through an octant it comes near to; the centres of single cells decide.
+    if (level > 0) question.near = side * std::sqrt(3.0) / 2 * kReachSlack;
+    AMHEX_ASSIGN_OR_RETURN(const std::vector<HullSide> sides, hull.Ask(question));
     std::vector<uint64_t> children;
     for (size_t i = 0; i < octants.size(); ++i) {
-      if (kind[i] == Octant::kInside) AppendCells(octants[i], level, &cells);
-      if (kind[i] != Octant::kMixed) continue;
+      if (sides[i] == HullSide::kInside) AppendCells(octants[i], level, &cells);
+      if (sides[i] != HullSide::kNear) continue;
       for (uint64_t child = 0; child < 8; ++child) children.push_back(octants[i] << 3 | child);
     }
     octants = std::move(children);

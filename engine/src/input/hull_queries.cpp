@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "input/triangle_math.h"
@@ -17,20 +16,8 @@ constexpr int32_t kLeafTriangles = 4;
 constexpr int kBinCount = 16;
 // Subtrees of more triangles than this are built by a task of their own.
 constexpr int32_t kTrianglesPerTask = 16384;
-// From this depth on nodes are halved by count, which bounds the depth by 64 + log2(2^31).
-constexpr int kBalancedDepth = 64;
-constexpr int kStackSize = 128;
 // Barill et al. 2018: a node is far beyond this many of its radii.
 constexpr double kFarRatio = 2.3;
-
-// Inlined by force: the innermost step of every query.
-[[gnu::always_inline]] inline double SquaredDistanceToBox(const Vec3d& p, const Vec3d& low,
-                                                          const Vec3d& high) {
-  const double x = std::max(std::max(low.x - p.x, 0.0), p.x - high.x);
-  const double y = std::max(std::max(low.y - p.y, 0.0), p.y - high.y);
-  const double z = std::max(std::max(low.z - p.z, 0.0), p.z - high.z);
-  return x * x + y * y + z * z;
-}
 
 double HalfArea(const Box3d& box) {
   if (box.IsEmpty()) return 0;
@@ -82,6 +69,10 @@ HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
   dipoles_.resize(nodes_.size());
   tbb::parallel_for(size_t{0}, nodes_.size(),
                     [&](size_t node) { ComputeDipole(static_cast<int32_t>(node), poll); });
+  const auto view = [](const auto& values) {
+    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
+  };
+  view_ = {view(triangles_), view(normals_), view(original_), view(nodes_), view(dipoles_)};
 }
 
 void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
@@ -167,7 +158,7 @@ int32_t HullQueries::Split(const Range& range, int depth, const StopPoll& poll) 
     const double cost = left_count * HalfArea(left_box) + right_cost[static_cast<size_t>(bin)];
     if (cost < best_cost) best_cost = cost, best_bin = bin;
   }
-  if (best_bin >= 0 && depth < kBalancedDepth) {
+  if (best_bin >= 0 && depth < kHullBalancedDepth) {
     return Reorder(range, poll, [&](std::vector<int32_t>& order) {
       return std::stable_partition(order.begin(), order.end(),
                                    [&](int32_t i) { return bin_of(i) < best_bin; });
@@ -235,107 +226,6 @@ void HullQueries::ComputeDipole(int32_t id, const StopPoll& poll) {
   dipole.far_squared = kFarRatio * kFarRatio * radius_squared;
 }
 
-HullPoint HullQueries::Closest(const Vec3d& p, double max_distance) const {
-  HullPoint best;
-  if (nodes_.empty()) return best;
-  struct Entry {
-    int32_t node;
-    double squared;
-  };
-  std::array<Entry, kStackSize> stack;
-  int size = 0;
-  double best_squared = max_distance < 1e150 ? max_distance * max_distance : 1e300;
-  int32_t best_triangle = -1;
-  const double root = SquaredDistanceToBox(p, nodes_[0].low, nodes_[0].high);
-  if (root <= best_squared) stack[0] = {0, root}, size = 1;
-  while (size > 0) {
-    const Entry entry = stack[static_cast<size_t>(--size)];
-    if (entry.squared > best_squared) continue;
-    const Node& node = nodes_[static_cast<size_t>(entry.node)];
-    if (node.right < 0) {
-      for (int32_t i = node.begin; i < node.end; ++i) {
-        const Triangle& t = triangles_[static_cast<size_t>(i)];
-        const Vec3d q = ClosestPointOnTriangle(p, t.a, t.b, t.c);
-        const double squared = SquaredNorm(q - p);
-        if (squared < best_squared || (best_triangle < 0 && squared <= best_squared)) {
-          best_squared = squared, best_triangle = i, best.point = q;
-        }
-      }
-      continue;
-    }
-    const Node& left = nodes_[static_cast<size_t>(entry.node) + 1];
-    const Node& right = nodes_[static_cast<size_t>(node.right)];
-    Entry nearer{entry.node + 1, SquaredDistanceToBox(p, left.low, left.high)};
-    Entry farther{node.right, SquaredDistanceToBox(p, right.low, right.high)};
-    if (farther.squared < nearer.squared) std::swap(nearer, farther);
-    if (farther.squared <= best_squared) stack[static_cast<size_t>(size++)] = farther;
-    if (nearer.squared <= best_squared) stack[static_cast<size_t>(size++)] = nearer;
-  }
-  if (best_triangle < 0) return best;
-  best.triangle = original_[static_cast<size_t>(best_triangle)];
-  best.normal = normals_[static_cast<size_t>(best_triangle)];
-  best.distance = std::sqrt(best_squared);
-  return best;
-}
-
-bool HullQueries::IsWithin(const Vec3d& p, double distance) const {
-  if (nodes_.empty()) return false;
-  const double reach = distance * distance;
-  std::array<int32_t, kStackSize> stack;
-  int size = 1;
-  stack[0] = 0;
-  while (size > 0) {
-    const int32_t id = stack[static_cast<size_t>(--size)];
-    const Node& node = nodes_[static_cast<size_t>(id)];
-    if (SquaredDistanceToBox(p, node.low, node.high) > reach) continue;
-    if (node.right >= 0) {
-      stack[static_cast<size_t>(size++)] = node.right;
-      stack[static_cast<size_t>(size++)] = id + 1;
-      continue;
-    }
-    for (int32_t i = node.begin; i < node.end; ++i) {
-      const Triangle& t = triangles_[static_cast<size_t>(i)];
-      if (SquaredNorm(ClosestPointOnTriangle(p, t.a, t.b, t.c) - p) <= reach) return true;
-    }
-  }
-  return false;
-}
-
-double HullQueries::WindingNumber(const Vec3d& p) const {
-  if (nodes_.empty()) return 0;
-  std::array<int32_t, kStackSize> stack;
-  int size = 1;
-  stack[0] = 0;
-  double solid_angle = 0;
-  while (size > 0) {
-    const int32_t id = stack[static_cast<size_t>(--size)];
-    const Dipole& dipole = dipoles_[static_cast<size_t>(id)];
-    const Vec3d to_centre = dipole.centre - p;
-    const double squared = SquaredNorm(to_centre);
-    if (squared > dipole.far_squared) {
-      const Vec3d& r = to_centre;
-      const double along =
-          dipole.xx * r.x * r.x + dipole.yy * r.y * r.y + dipole.zz * r.z * r.z +
-          2 * (dipole.xy * r.x * r.y + dipole.yz * r.y * r.z + dipole.zx * r.z * r.x);
-      const double trace = dipole.xx + dipole.yy + dipole.zz;
-      solid_angle += (Dot(dipole.area_normal, r) + trace - 3 * along / squared) /
-                     (squared * std::sqrt(squared));
-      continue;
-    }
-    const Node& node = nodes_[static_cast<size_t>(id)];
-    if (node.right < 0) {
-      for (int32_t i = node.begin; i < node.end; ++i) {
-        const Triangle& t = triangles_[static_cast<size_t>(i)];
-        solid_angle += SolidAngle(p, t.a, t.b, t.c);
-      }
-      continue;
-    }
-    stack[static_cast<size_t>(size++)] = node.right;
-    stack[static_cast<size_t>(size++)] = id + 1;
-  }
-  return solid_angle / (4 * std::numbers::pi);
-}
-
 double HullQueries::SignedDistance(const Vec3d& p) const {
   const double distance = Closest(p).distance;
   return IsInside(p) ? -distance : distance;
@@ -346,7 +236,7 @@ double HullQueries::ExitDistance(const Vec3d& origin, const Vec3d& direction,
   if (nodes_.empty()) return -1;
   constexpr double kFar = 1e300;
   const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-  std::array<int32_t, kStackSize> stack;
+  std::array<int32_t, kHullStackSize> stack;
   int size = 1;
   stack[0] = 0;
   double best = kFar;

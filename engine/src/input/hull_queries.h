@@ -8,6 +8,7 @@
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
 #include "input/hull.h"
+#include "input/hull_view.h"
 
 namespace amhex {
 
@@ -19,16 +20,20 @@ class HullQueries {
   // RunStopped when `poll` does.
   HullQueries(const std::vector<Vec3d>& vertices,
               const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {});
+  HullQueries(const HullQueries&) = delete;
+  HullQueries& operator=(const HullQueries&) = delete;
 
   // Closest point within `max_distance`; `triangle` is -1 if there is none. O(log n) expected.
-  HullPoint Closest(const Vec3d& p, double max_distance = 1e300) const;
+  HullPoint Closest(const Vec3d& p, double max_distance = 1e300) const {
+    return view_.Closest(p, max_distance);
+  }
 
   // Whether any triangle is within `distance`: cheaper than finding the closest.
-  bool IsWithin(const Vec3d& p, double distance) const;
+  bool IsWithin(const Vec3d& p, double distance) const { return view_.IsWithin(p, distance); }
 
   // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
   // surface, dipoles far from it. O(log n) expected.
-  double WindingNumber(const Vec3d& p) const;
+  double WindingNumber(const Vec3d& p) const { return view_.WindingNumber(p); }
   bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
 
   // Negative inside. Sign by winding number, magnitude by closest point.
@@ -39,25 +44,13 @@ class HullQueries {
   // a negative number if it meets none. From a point inside, that is where it leaves the hull.
   double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length) const;
 
+  // The same queries where bodies run; must not outlive this.
+  const HullView& view() const { return view_; }
+
  private:
-  // Depth-first order: the left child follows its parent.
-  struct Node {
-    Vec3d low, high;
-    int32_t begin = 0, end = 0;  // range of triangles_, in its own order
-    int32_t right = -1;          // right child; -1 on leaves
-  };
-  // Far away, the triangles of a node act like one dipole and its first moment (Barill et al. 2018,
-  // equations 11 and 12).
-  struct Dipole {
-    Vec3d centre;
-    Vec3d area_normal;  // sum of area times unit normal
-    // Symmetric part of the sum of (triangle's centroid - centre) times area times unit normal.
-    double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;
-    double far_squared = 0;  // squared distance from `centre` beyond which the dipole is used
-  };
-  struct Triangle {
-    Vec3d a, b, c;
-  };
+  using Node = HullNode;
+  using Dipole = HullDipole;
+  using Triangle = HullTriangle;
 
   struct Range {
     int32_t begin, end;
@@ -74,6 +67,7 @@ class HullQueries {
   std::vector<int32_t> original_;    // leaf order -> the caller's triangle index
   std::vector<Node> nodes_;
   std::vector<Dipole> dipoles_;  // per node
+  HullView view_;                // of all of them
 };
 
 }  // namespace amhex

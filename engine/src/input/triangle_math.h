@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "amhex/vec3.h"
+#include "base/arc_tangent.h"
 
 namespace amhex {
 
 // Twice the area times the unit normal.
-inline Vec3d DoubleAreaVector(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+AMHEX_HD inline Vec3d DoubleAreaVector(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   return Cross(b - a, c - a);
 }
 
@@ -23,7 +24,7 @@ inline bool IsDegenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 // Closest point of segment ab to p; a segment of length zero is its point a.
-inline Vec3d ClosestPointOnSegment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+AMHEX_HD inline Vec3d ClosestPointOnSegment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
   const Vec3d along = b - a;
   const double length_squared = SquaredNorm(along);
   if (!(length_squared > 0)) return a;
@@ -33,8 +34,8 @@ inline Vec3d ClosestPointOnSegment(const Vec3d& p, const Vec3d& a, const Vec3d& 
 
 // Closest point of triangle abc to p, by the Voronoi regions of its corners and edges
 // (Ericson, Real-Time Collision Detection, 5.1.5).
-inline Vec3d ClosestPointOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
-                                    const Vec3d& c) {
+AMHEX_HD inline Vec3d ClosestPointOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b,
+                                             const Vec3d& c) {
   const Vec3d ab = b - a, ac = c - a, ap = p - a;
   const double d1 = Dot(ab, ap), d2 = Dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return a;
@@ -60,12 +61,12 @@ inline Vec3d ClosestPointOnTriangle(const Vec3d& p, const Vec3d& a, const Vec3d&
 
 // Solid angle under which p sees triangle abc, positive when the normal looks away from p, in
 // [-2 pi, 2 pi] (van Oosterom and Strackee 1983).
-inline double SolidAngle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+AMHEX_HD inline double SolidAngle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d u = a - p, v = b - p, w = c - p;
   const double lu = Norm(u), lv = Norm(v), lw = Norm(w);
   const double volume = Determinant(u, v, w);
   const double cosine = lu * lv * lw + Dot(u, v) * lw + Dot(v, w) * lu + Dot(w, u) * lv;
-  return 2 * std::atan2(volume, cosine);
+  return 2 * ArcTangent2(volume, cosine);
 }
 
 }  // namespace amhex

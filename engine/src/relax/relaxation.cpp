@@ -1,7 +1,5 @@
 #include "relax/relaxation.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -14,7 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
-#include "input/hull_queries.h"
+#include "input/ask_hull.h"
 #include "orientation/frames.h"
 #include "relax/build_barrier.h"
 #include "relax/relaxation_cpu.h"
@@ -35,12 +33,13 @@ constexpr double kLargestSize = 4.0;
 // Below this confidence a tangent is noise and only the normal is taken (section 4.3).
 constexpr float kTrustedCurvature = 0.5f;
 
-std::vector<int32_t> LabelSides(const Hull& hull, const std::vector<Vec3d>& position,
-                                const RunContext& run) {
-  std::vector<int32_t> is_inside(position.size());
-  tbb::parallel_for(size_t{0}, position.size(), [&](size_t i) {
-    if (!run.ShouldStop()) is_inside[i] = hull.queries->IsInside(position[i]) ? 1 : 0;
-  });
+absl::StatusOr<std::vector<int32_t>> LabelSides(const HullAsker& hull,
+                                                const std::vector<Vec3d>& position) {
+  const PlainPoints points{{position.data(), static_cast<int64_t>(position.size())}};
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<HullSide> sides, hull.Ask(SideOf<PlainPoints>{points}));
+  std::vector<int32_t> is_inside;
+  is_inside.reserve(sides.size());
+  for (const HullSide side : sides) is_inside.push_back(side == HullSide::kInside ? 1 : 0);
   return is_inside;
 }
 
@@ -69,22 +68,25 @@ void AddSamples(const HullSamples& samples, RelaxationTask& task) {
   }
 }
 
-absl::StatusOr<RelaxationTask> MakeTask(const Hull& hull, const HullSamples& samples,
-                                        const Sites& sites, const RelaxationParams& params,
-                                        RunContext& run) {
-  RelaxationTask task;
-  task.is_inside = LabelSides(hull, sites.position, run);
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  const auto inside_count = std::count(task.is_inside.begin(), task.is_inside.end(), 1);
+absl::StatusOr<HullBarrier> BarrierAround(const Hull& hull, const std::vector<int32_t>& is_inside,
+                                          const RelaxationParams& params, RunContext& run) {
+  const auto inside_count = std::count(is_inside.begin(), is_inside.end(), 1);
   if (inside_count == 0) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "sizing: none of ", sites.count(),
+        "sizing: none of ", is_inside.size(),
         " sites lies inside the input; its walls are thinner than the wanted edge length"));
   }
-  const bool has_outside = inside_count < sites.count();
-  AMHEX_ASSIGN_OR_RETURN(
-      task.barrier, BuildHullBarrier(hull, params.lattice_points_per_site,
-                                     has_outside ? kMarginWithOutside : kMarginInsideOnly, run));
+  const bool has_outside = inside_count < static_cast<int64_t>(is_inside.size());
+  return BuildHullBarrier(hull, params.lattice_points_per_site,
+                          has_outside ? kMarginWithOutside : kMarginInsideOnly, run);
+}
+
+RelaxationTask MakeTask(const HullSamples& samples, const Sites& sites,
+                        const RelaxationParams& params, std::vector<int32_t> is_inside,
+                        HullBarrier barrier) {
+  RelaxationTask task;
+  task.is_inside = std::move(is_inside);
+  task.barrier = std::move(barrier);
   AddSites(sites, task);
   AddSamples(samples, task);
   std::vector<Vec3d> outside_positions;
@@ -155,8 +157,12 @@ absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, S
                                  const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   try {
-    AMHEX_ASSIGN_OR_RETURN(RelaxationTask task,
-                           MakeTask(hull, samples, sites, params.relaxation, run));
+    const HullAsker asker(*hull.queries, &device, run);
+    AMHEX_ASSIGN_OR_RETURN(std::vector<int32_t> is_inside, LabelSides(asker, sites.position));
+    AMHEX_ASSIGN_OR_RETURN(HullBarrier barrier,
+                           BarrierAround(hull, is_inside, params.relaxation, run));
+    RelaxationTask task =
+        MakeTask(samples, sites, params.relaxation, std::move(is_inside), std::move(barrier));
     ObserveTask(task, run);
     const auto on_cpu = [&] { return RelaxOnCpu(task) == RelaxationOutcome::kDone; };
     AMHEX_ASSIGN_OR_RETURN(const bool is_done, device.Run(&task, on_cpu));

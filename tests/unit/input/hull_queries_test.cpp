@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -58,6 +59,34 @@ double BruteForceWinding(const TriangleMesh& mesh, const Vec3d& p) {
 std::vector<TriangleMesh> Solids() {
   return {fixtures::MakeBox({3, 2, 1}, 0.4), fixtures::MakeSphere(1.5, 0.3),
           fixtures::MakeBracket(1.0, 0.25), fixtures::MakeTorus(2, 0.6, 0.3)};
+}
+
+TEST(ArcTangent, IsTheAngleToTheLastBits) {
+  constexpr double kRelativeError = 5e-16;
+  const auto expect_right = [](double y, double x) {
+    const double angle = std::atan2(y, x);
+    ASSERT_NEAR(ArcTangent2(y, x), angle, kRelativeError * std::abs(angle)) << y << " / " << x;
+  };
+  for (double angle = -3.2; angle < 3.2; angle += 1e-3) {
+    for (const double length : {1e-150, 1e-3, 1.0, 1e9}) {
+      expect_right(length * std::sin(angle), length * std::cos(angle));
+    }
+  }
+  for (double slope = 1e-12; slope < 1e12; slope *= 1.37) {
+    for (const double y : {-slope, slope}) expect_right(y, 1), expect_right(y, -1);
+  }
+}
+
+TEST(ArcTangent, OfTheNullVectorIsZeroAndOfWhatIsNoNumberIsNone) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kEndless = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(ArcTangent2(0, 0), 0);
+  EXPECT_EQ(ArcTangent2(0, -1), std::numbers::pi);
+  for (const double y : {1.0, kNone, kEndless}) {
+    EXPECT_TRUE(std::isnan(ArcTangent2(y, kNone)));
+    EXPECT_TRUE(std::isnan(ArcTangent2(kNone, y)));
+  }
+  EXPECT_TRUE(std::isnan(ArcTangent2(kEndless, -kEndless)));
 }
 
 TEST(ClosestPointOnTriangle, IsNeverFartherThanAnyPointOfTheTriangle) {

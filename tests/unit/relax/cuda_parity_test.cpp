@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 #include <ostream>
+#include <set>
 #include <string>
 
 #include "cuda/cuda_library.h"
@@ -11,6 +13,7 @@
 #include "fields/field_sites.h"
 #include "fields/orientation_field.h"
 #include "fixtures/solids.h"
+#include "input/ask_hull.h"
 #include "input/site_grid.h"
 #include "relax/relaxation.h"
 #include "unit/relax/relax_fixtures.h"
@@ -58,6 +61,61 @@ TEST_P(CudaParity, GivesTheSameBitsAsTheCpu) {
   for (size_t i = 0; i < cpu->frame.size(); ++i) {
     EXPECT_EQ(cpu->frame[i].axis, cuda->frame[i].axis) << "site " << i;
   }
+}
+
+// Points of a grid around and inside the hull, some on its very axis planes.
+std::vector<Vec3d> PointsAround(const Hull& hull) {
+  constexpr double kStep = 0.3, kMargin = 1.2;
+  std::vector<Vec3d> points;
+  const Vec3d low = hull.box.low - Vec3d{kMargin, kMargin, kMargin};
+  const Vec3d high = hull.box.high + Vec3d{kMargin, kMargin, kMargin};
+  for (double z = low.z; z < high.z; z += kStep) {
+    for (double y = low.y; y < high.y; y += kStep) {
+      for (double x = low.x; x < high.x; x += kStep) points.push_back({x, y, z});
+    }
+  }
+  return points;
+}
+
+template <class Answer>
+bool IsSameAnswer(const Answer& a, const Answer& b) {
+  return a == b;
+}
+bool IsSameAnswer(const fields::HullConstraints& a, const fields::HullConstraints& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.normal == y.normal && x.point == y.point;
+  });
+}
+
+TEST(CudaParityOfHullQueries, GivesTheSameSidesNearnessAndConstraintsAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTwistedBox({3, 2, 4}, 1.0, 0.4));
+  const std::vector<Vec3d> points = PointsAround(hull);
+  const PlainPoints plain{{points.data(), static_cast<int64_t>(points.size())}};
+  std::vector<uint64_t> keys(4096);
+  std::iota(keys.begin(), keys.end(), uint64_t{0});
+  const fields::CellCentres cells =
+      fields::CentresOf(keys, hull.box.low - Vec3d{0.3, 0.2, 0.1}, 0.25);
+  RunContext run;
+  const HullAsker on_cpu(*hull.queries, nullptr, run), on_cuda(*hull.queries, &*device, run);
+  const auto expect_equal = [&](const auto& question, const auto& number_of) {
+    const auto cpu = on_cpu.Ask(question), cuda = on_cuda.Ask(question);
+    ASSERT_TRUE(cpu.ok()) << cpu.status();
+    ASSERT_TRUE(cuda.ok()) << cuda.status();
+    ASSERT_EQ(cpu->size(), cuda->size());
+    std::set<int> kinds;
+    for (size_t i = 0; i < cpu->size(); ++i) {
+      ASSERT_TRUE(IsSameAnswer((*cpu)[i], (*cuda)[i])) << "point " << i;
+      kinds.insert(number_of((*cpu)[i]));
+    }
+    EXPECT_GT(kinds.size(), 1U);  // or nothing has been compared
+  };
+  const auto number = [](auto answer) { return static_cast<int>(answer); };
+  expect_equal(SideOf<PlainPoints>{plain}, number);
+  expect_equal(SideOf<fields::CellCentres>{cells, 0.4}, number);
+  expect_equal(IsNear<fields::CellCentres>{cells, 0.25}, number);
+  expect_equal(fields::ConstraintsOf{cells}, [](const auto& answer) { return answer.count; });
 }
 
 bool AreEqual(const std::vector<AxisFrame>& a, const std::vector<AxisFrame>& b) {

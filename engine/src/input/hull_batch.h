@@ -1,0 +1,72 @@
+// Questions to the hull for many points at once: what crosses the border to the CUDA library that
+// is loaded at run time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "base/array_view.h"
+#include "input/hull_view.h"
+
+namespace amhex {
+
+enum class HullSide : uint8_t { kOutside = 0, kInside = 1, kNear = 2 };
+
+// Points given one by one; a question may have others that follow from less (Points).
+struct PlainPoints {
+  ArrayView<const Vec3d> position;
+
+  int64_t count() const { return position.size; }
+  AMHEX_HD const Vec3d& operator[](int64_t i) const { return position[i]; }
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(position);
+  }
+};
+
+// A question is a body that answers for the i-th of its points:
+//
+// on which side it is; points at most `near` from the hull are not asked for theirs.
+template <class Points>
+struct SideOf {
+  using Answer = HullSide;
+  Points points;
+  double near = -1;  // edge lengths; negative: no point is near
+  AMHEX_HD HullSide operator()(const HullView& hull, int64_t i) const {
+    const Vec3d p = points[i];
+    if (near >= 0 && hull.IsWithin(p, near)) return HullSide::kNear;
+    return hull.IsInside(p) ? HullSide::kInside : HullSide::kOutside;
+  }
+};
+
+// 1 where the hull is at most `reach` away.
+template <class Points>
+struct IsNear {
+  using Answer = uint8_t;
+  Points points;
+  double reach = 0;  // edge lengths
+  AMHEX_HD uint8_t operator()(const HullView& hull, int64_t i) const {
+    return hull.IsWithin(points[i], reach) ? 1 : 0;
+  }
+};
+
+// Views are on host arrays that outlive the batch.
+template <class Question>
+struct HullBatch {
+  HullView hull;
+  Question question;
+  std::vector<typename Question::Answer> answers;  // out: by point; as they were unless it was done
+  std::function<bool()> should_stop;               // may be empty; asked from several threads
+};
+
+// Asks one question and keeps the answer.
+template <class Question>
+struct AskBody {
+  HullView hull;
+  Question question;
+  ArrayView<typename Question::Answer> answers;
+  AMHEX_HD void operator()(int64_t i) const { answers[i] = question(hull, i); }
+};
+
+}  // namespace amhex

@@ -1,0 +1,39 @@
+// Answers the batches of hull_batch.h with arrays where bodies run.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "exec/executor.h"
+#include "exec/uploaded_arrays.h"
+#include "input/hull_batch.h"
+
+namespace amhex {
+
+// Memory where bodies run.
+template <class E, class Question>
+int64_t HullBatchBytes(const HullBatch<Question>& batch) {
+  return UploadedArrays<E>::Bytes(batch.hull) + UploadedArrays<E>::Bytes(batch.question.points) +
+         batch.question.points.count() * static_cast<int64_t>(sizeof(typename Question::Answer));
+}
+
+// False if it was stopped.
+template <class E, class Question>
+bool AnswerBatch(E& executor, HullBatch<Question>& batch) {
+  using Answer = typename Question::Answer;
+  const int64_t count = batch.question.points.count();
+  UploadedArrays<E> arrays(executor);
+  Buffer<E, Answer> answers = executor.template Alloc<Answer>(count);
+  Question question = batch.question;
+  question.points = arrays.Upload(question.points);
+  executor.ForEach("ask the hull", count,
+                   AskBody<Question>{arrays.Upload(batch.hull), question, answers.View()});
+  std::vector<Answer> host(static_cast<size_t>(count));
+  executor.CopyOut(answers, count, host.data());
+  if (executor.Stopped()) return false;
+  batch.answers = std::move(host);
+  return true;
+}
+
+}  // namespace amhex

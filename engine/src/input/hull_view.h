@@ -1,0 +1,179 @@
+// The hierarchy behind the hull's queries as plain data, and the queries themselves: the same on
+// the host and where bodies run. hull_queries.h builds and owns it.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "base/array_view.h"
+#include "base/platform.h"
+#include "input/hull.h"
+#include "input/triangle_math.h"
+
+namespace amhex {
+
+struct HullTriangle {
+  Vec3d a, b, c;
+};
+
+// Depth-first order: the left child follows its parent.
+struct HullNode {
+  Vec3d low, high;
+  int32_t begin = 0, end = 0;  // range of the triangles
+  int32_t right = -1;          // right child; -1 on leaves
+};
+
+// Far away, the triangles of a node act like one dipole and its first moment (Barill et al. 2018,
+// equations 11 and 12).
+struct HullDipole {
+  Vec3d centre;
+  Vec3d area_normal;  // sum of area times unit normal
+  // Symmetric part of the sum of (triangle's centroid - centre) times area times unit normal.
+  double xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;
+  double far_squared = 0;  // squared distance from `centre` beyond which the dipole is used
+};
+
+// From this depth on nodes are halved by count, which bounds the depth by 64 + log2(2^31) and so
+// the nodes that wait on a stack.
+inline constexpr int kHullBalancedDepth = 64;
+inline constexpr int kHullStackSize = 128;
+
+// Views do not own: the arrays must outlive them. What each query means: hull_queries.h.
+struct HullView {
+  ArrayView<const HullTriangle> triangles;  // in leaf order, like the next two
+  ArrayView<const Vec3d> normals;           // unit
+  ArrayView<const int32_t> original;        // the caller's triangle index
+  ArrayView<const HullNode> nodes;
+  ArrayView<const HullDipole> dipoles;  // [node]
+
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(triangles), visit(normals), visit(original), visit(nodes), visit(dipoles);
+  }
+
+  AMHEX_HD HullPoint Closest(const Vec3d& p, double max_distance = 1e300) const {
+    Nearest best;
+    best.squared = max_distance < 1e150 ? max_distance * max_distance : 1e300;
+    if (!nodes.empty()) Search(p, best);
+    if (best.triangle < 0) return {};
+    return {best.point, normals[best.triangle], original[best.triangle], std::sqrt(best.squared)};
+  }
+
+  AMHEX_HD bool IsWithin(const Vec3d& p, double distance) const {
+    if (nodes.empty()) return false;
+    const double reach = distance * distance;
+    int32_t stack[kHullStackSize];
+    int size = 1;
+    stack[0] = 0;
+    while (size > 0) {
+      const int32_t id = stack[--size];
+      const HullNode& node = nodes.data[id];
+      if (SquaredDistanceTo(node, p) > reach) continue;
+      if (node.right >= 0) {
+        stack[size++] = node.right;
+        stack[size++] = id + 1;
+        continue;
+      }
+      for (int32_t i = node.begin; i < node.end; ++i) {
+        const HullTriangle& t = triangles.data[i];
+        if (SquaredNorm(ClosestPointOnTriangle(p, t.a, t.b, t.c) - p) <= reach) return true;
+      }
+    }
+    return false;
+  }
+
+  AMHEX_HD double WindingNumber(const Vec3d& p) const {
+    if (nodes.empty()) return 0;
+    int32_t stack[kHullStackSize];
+    int size = 1;
+    stack[0] = 0;
+    double solid_angle = 0;
+    while (size > 0) {
+      const int32_t id = stack[--size];
+      const HullDipole& dipole = dipoles.data[id];
+      const Vec3d to_centre = dipole.centre - p;
+      const double squared = SquaredNorm(to_centre);
+      if (squared > dipole.far_squared) {
+        solid_angle += FarSolidAngle(dipole, to_centre, squared);
+        continue;
+      }
+      const HullNode& node = nodes.data[id];
+      if (node.right >= 0) {
+        stack[size++] = node.right;
+        stack[size++] = id + 1;
+        continue;
+      }
+      for (int32_t i = node.begin; i < node.end; ++i) {
+        const HullTriangle& t = triangles.data[i];
+        solid_angle += SolidAngle(p, t.a, t.b, t.c);
+      }
+    }
+    return solid_angle / (4 * std::numbers::pi);
+  }
+
+  AMHEX_HD bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
+
+ private:
+  struct Nearest {
+    Vec3d point;
+    int32_t triangle = -1;  // in leaf order
+    double squared = 0;     // nothing farther is of interest
+  };
+  struct Waiting {
+    int32_t node;
+    double squared;
+  };
+
+  AMHEX_HD static double SquaredDistanceTo(const HullNode& node, const Vec3d& p) {
+    const double x = Larger(Larger(node.low.x - p.x, 0.0), p.x - node.high.x);
+    const double y = Larger(Larger(node.low.y - p.y, 0.0), p.y - node.high.y);
+    const double z = Larger(Larger(node.low.z - p.z, 0.0), p.z - node.high.z);
+    return x * x + y * y + z * z;
+  }
+
+  AMHEX_HD void Search(const Vec3d& p, Nearest& best) const {
+    Waiting stack[kHullStackSize];
+    int size = 0;
+    const double root = SquaredDistanceTo(nodes.data[0], p);
+    if (root <= best.squared) stack[0] = {0, root}, size = 1;
+    while (size > 0) {
+      const Waiting entry = stack[--size];
+      if (entry.squared > best.squared) continue;
+      const HullNode& node = nodes.data[entry.node];
+      if (node.right < 0) {
+        SearchLeaf(node, p, best);
+        continue;
+      }
+      const Waiting left{entry.node + 1, SquaredDistanceTo(nodes.data[entry.node + 1], p)};
+      const Waiting right{node.right, SquaredDistanceTo(nodes.data[node.right], p)};
+      const bool right_first = right.squared < left.squared;
+      const Waiting& nearer = right_first ? right : left;
+      const Waiting& farther = right_first ? left : right;
+      if (farther.squared <= best.squared) stack[size++] = farther;
+      if (nearer.squared <= best.squared) stack[size++] = nearer;
+    }
+  }
+
+  AMHEX_HD void SearchLeaf(const HullNode& leaf, const Vec3d& p, Nearest& best) const {
+    for (int32_t i = leaf.begin; i < leaf.end; ++i) {
+      const HullTriangle& t = triangles.data[i];
+      const Vec3d q = ClosestPointOnTriangle(p, t.a, t.b, t.c);
+      const double squared = SquaredNorm(q - p);
+      if (squared < best.squared || (best.triangle < 0 && squared <= best.squared)) {
+        best = {q, i, squared};
+      }
+    }
+  }
+
+  AMHEX_HD static double FarSolidAngle(const HullDipole& dipole, const Vec3d& r, double squared) {
+    const double along =
+        dipole.xx * r.x * r.x + dipole.yy * r.y * r.y + dipole.zz * r.z * r.z +
+        2 * (dipole.xy * r.x * r.y + dipole.yz * r.y * r.z + dipole.zx * r.z * r.x);
+    const double trace = dipole.xx + dipole.yy + dipole.zz;
+    return (Dot(dipole.area_normal, r) + trace - 3 * along / squared) /
+           (squared * std::sqrt(squared));
+  }
+};
+
+}  // namespace amhex
