@@ -32,5 +32,8 @@ inline constexpr int64_t kNodesPerCell = 8;
 inline constexpr int64_t ExpectedFieldBytes(int64_t cell_count) {
   return kDeviceBytesPerNode * kNodesPerCell * cell_count;
 }
+// Of vertex placement there: the cells around the vertices of the largest colour, about one in
+// eight, and the arrays of cells, vertices and what joins them.
+inline constexpr int64_t kDeviceBytesPerPlacedCell = 700;
 
 }  // namespace amhex

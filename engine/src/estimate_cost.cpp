@@ -64,9 +64,10 @@ double WantedCells(const SizingParams& sizing, double volume) {
 
 // The most that any step takes on a device; each gives back everything before the next begins.
 int64_t DeviceBytes(int64_t cell_count, const MeshingParams& params) {
-  const int64_t relaxation = ExpectedRelaxationBytes(cell_count, kTypicalFill, params.relaxation);
   const bool has_fields = params.relaxation.initialization == Initialization::kField;
-  return has_fields ? std::max(relaxation, ExpectedFieldBytes(cell_count)) : relaxation;
+  return std::max({ExpectedRelaxationBytes(cell_count, kTypicalFill, params.relaxation),
+                   kDeviceBytesPerPlacedCell * cell_count,
+                   has_fields ? ExpectedFieldBytes(cell_count) : 0});
 }
 
 absl::Status CheckDeviceMemory(const CostEstimate& estimate) {

@@ -73,15 +73,17 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
   AMHEX_ASSIGN_OR_RETURN(std::vector<ClosedTrial> closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(
-      const CellComplex improved,
+      const PlacedTrial placed,
       PlaceBestTrial(assembled.complexes, std::move(closed), hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
-                           ReportCells(improved, run);  // the last trial need not be the best
+                           ReportCells(placed.complex, run);  // the last trial need not be the best
                            const StopPoll poll(run);
-                           return Judge(FinalizeMesh(improved, hull.frame, poll), hull, poll);
+                           return Judge(FinalizeMesh(placed.complex, hull.frame, poll), hull, poll);
                          }));
   result.stages = run.stage_reports();
-  const BackendChoice settled = Settle(backend, assembled.device_notes);
+  std::vector<std::string> notes = assembled.device_notes;
+  notes.insert(notes.end(), placed.device_notes.begin(), placed.device_notes.end());
+  const BackendChoice settled = Settle(backend, notes);
   result.effective_params = Resolve(params, hull, settled.backend);
   result.backend_note = settled.note;
   return result;

@@ -9,6 +9,7 @@
 #include "base/status_macros.h"
 #include "closure/close_complex.h"
 #include "closure/rank_complexes.h"
+#include "cuda/device_use.h"
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/site_grid.h"
@@ -63,11 +64,20 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
+// What all trials are placed with.
+struct Placing {
+  const Hull& hull;
+  const MeshingParams& params;
+  DeviceUse& device;
+};
+
 absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, CellComplex closed,
-                                              const Hull& hull, const MeshingParams& params,
-                                              RunContext& run) {
+                                              const Placing& placing, RunContext& run) {
+  const Hull& hull = placing.hull;
+  const MeshingParams& params = placing.params;
   for (int attempt = 1;; ++attempt) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex improved, ImproveMesh(std::move(closed), hull, params, run));
+    AMHEX_ASSIGN_OR_RETURN(CellComplex improved,
+                           ImproveMesh(std::move(closed), hull, params, run, &placing.device));
     if (attempt == kMaxFillings) return improved;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(improved, hull.frame, poll), poll).valid()) return improved;
@@ -177,11 +187,13 @@ absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellCompl
   });
 }
 
-absl::StatusOr<CellComplex> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
+absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
                                            std::vector<ClosedTrial> closed, const Hull& hull,
                                            const TrialPlan& plan, const MeshingParams& params,
                                            RunContext& run) {
-  return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<CellComplex> {
+  return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
+    AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
+    const Placing placing{hull, params, device};
     std::optional<CellComplex> best;
     double least = 0;
     const size_t count = std::min(closed.size(), static_cast<size_t>(plan.placed));
@@ -189,7 +201,7 @@ absl::StatusOr<CellComplex> PlaceBestTrial(const std::vector<CellComplex>& assem
       SetPart(i, count, run);
       AMHEX_ASSIGN_OR_RETURN(CellComplex placed,
                              ImproveUntilValid(assemblies[closed[i].assembly],
-                                               std::move(closed[i].complex), hull, params, run));
+                                               std::move(closed[i].complex), placing, run));
       const double minimum = SummarizeQuality(placed).minimum;
       const double loss = LossOf(placed, hull, minimum);
       if (!best.has_value() || loss < least) {
@@ -198,7 +210,7 @@ absl::StatusOr<CellComplex> PlaceBestTrial(const std::vector<CellComplex>& assem
       }
       if (minimum >= kGoodMinimum) break;
     }
-    return *std::move(best);
+    return PlacedTrial{*std::move(best), device.notes()};
   });
 }
 

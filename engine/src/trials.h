@@ -46,8 +46,13 @@ absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellCompl
                                                      const Hull& hull, const TrialPlan& plan,
                                                      const MeshingParams& params, RunContext& run);
 
+struct PlacedTrial {
+  CellComplex complex;
+  std::vector<std::string> device_notes;  // what the device had no room for, each once
+};
+
 // Stage place_vertices: the best of the closed trials with its vertices in their places.
-absl::StatusOr<CellComplex> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
+absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
                                            std::vector<ClosedTrial> closed, const Hull& hull,
                                            const TrialPlan& plan, const MeshingParams& params,
                                            RunContext& run);

@@ -17,8 +17,10 @@
 #include "exec/cpu_executor.h"
 #include "fields/phase_field.h"
 #include "input/ask_hull.h"
+#include "optimize/raise_quality.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_impl.h"
+#include "support/grid_complex.h"
 #include "unit/fields/field_fixtures.h"
 #include "unit/relax/relax_fixtures.h"
 
@@ -170,6 +172,41 @@ TEST_F(EmulatedCuda, TakesAsMuchMemoryForHullQueriesAsEstimatedAndGivesItBackWhe
   EXPECT_EQ(controls().used, 0);
 }
 
+TEST_F(EmulatedCuda, TakesAsMuchMemoryForPlacingAsEstimatedAndLeavesAllAsItWasWhenItFails) {
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({6, 5, 4}, 0.5));
+  const HullFeatures features(hull);
+  CellComplex complex = testing_support::GridComplex({6, 5, 4});
+  testing_support::Shake(complex, 0.3);
+  Placement placement = PreparePlacement(complex, features);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  placement.device = &*device;
+  RunContext run;
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+  const std::vector<Vec3d> before = complex.vertices;
+  const auto sweep = [&] {
+    return RunSweeps(placement, {QualityAim::kMinimum, 0.9, 0.5}, 2, memory, run);
+  };
+  controls().capacity = 1;
+  const double estimate = Announced(sweep());
+  EXPECT_EQ(complex.vertices, before);
+  for (const int64_t call : {20, 60, 90}) {
+    device_->Restart();
+    controls().failing_call = call;
+    EXPECT_EQ(sweep().code(), absl::StatusCode::kInternal) << "call " << call;
+    EXPECT_EQ(complex.vertices, before);
+    EXPECT_EQ(controls().used, 0) << "call " << call;
+  }
+  device_->Restart();
+  ASSERT_TRUE(sweep().ok());
+  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+  EXPECT_EQ(controls().used, 0);
+  EXPECT_NE(complex.vertices, before);
+  run.RequestStop();
+  EXPECT_EQ(sweep().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(controls().used, 0);
+}
+
 TEST_F(EmulatedCuda, TakesAsMuchMemoryAsEstimated) {
   for (const int32_t iterations : {0, 3}) {
     for (const int sites : {1000, 5000}) {
@@ -298,6 +335,7 @@ TEST_F(EmulatedCuda, AutoTakesTheCpuWhereTheDeviceIsTooSmallAndSaysSo) {
   EXPECT_EQ(result->effective_params.run.backend, Backend::kCpu);
   EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: smoothing"));
   EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: relaxing"));
+  EXPECT_THAT(result->backend_note, HasSubstr("on the cpu instead: placing"));
   EXPECT_THAT(result->backend_note, HasSubstr(" of 1 are free"));
 }
 

@@ -98,6 +98,15 @@ AMHEX_HD inline int32_t CountBits(uint32_t bits) {
 #endif
 }
 
+// Number of the lowest bit that is set; `bits` is not zero.
+AMHEX_HD inline int LowestBit(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  return __builtin_ctz(bits);
+#endif
+}
+
 AMHEX_HD inline void AtomicAdd(int64_t* target, int64_t value) {
 #if defined(__CUDA_ARCH__)
   atomicAdd(reinterpret_cast<unsigned long long*>(target), static_cast<unsigned long long>(value));

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "base/platform.h"
+#include "base/widest_vectors.h"
 
 namespace amhex {
 
@@ -54,28 +55,5 @@ AMHEX_LANES_INLINE bool AnyLane(const LaneMask& mask) {
 
 // What does not fit into the last lanes is padded by the caller.
 inline constexpr int64_t LaneBlocks(int64_t count) { return (count + kLanes - 1) / kLanes; }
-
-template <class Body>
-AMHEX_VECTORS_512 void RunWithVectors512(const Body& body) {
-  body();
-}
-template <class Body>
-AMHEX_VECTORS_256 void RunWithVectors256(const Body& body) {
-  body();
-}
-
-// Calls `body`, a lambda whose loops are worth the widest vectors. Everything that it calls is
-// compiled into the copies.
-template <class Body>
-inline void RunWithWidestVectors(const Body& body) {
-  switch (WidestVectors()) {
-    case VectorWidth::k512:
-      return RunWithVectors512(body);
-    case VectorWidth::k256:
-      return RunWithVectors256(body);
-    case VectorWidth::kBaseline:
-      return body();
-  }
-}
 
 }  // namespace amhex

@@ -10,6 +10,7 @@
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
 #include "input/hull_batch.h"
+#include "optimize/sweep_task.h"
 #include "relax/relaxation_task.h"
 
 namespace amhex {
@@ -28,7 +29,8 @@ enum class CudaResult : int {
 using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
                  HullBatch<SideOf<PlainPoints>>*, HullBatch<SideOf<fields::CellCentres>>*,
-                 HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*>;
+                 HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*,
+                 SweepTask*>;
 
 extern "C" {
 

@@ -16,6 +16,7 @@
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
 #include "input/hull_batch_impl.h"
+#include "optimize/sweep_impl.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
@@ -113,6 +114,14 @@ CudaResult Run(HullBatch<Question>& batch) {
       "asking the hull about " + std::to_string(batch.question.points.count()) + " points");
   CudaExecutor executor(batch.should_stop);
   return AnswerBatch(executor, batch) ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+CudaResult Run(SweepTask& task) {
+  RequireMemory(QualitySweeps<CudaExecutor>::Bytes(task),
+                "placing " + std::to_string(task.placement.vertices.size) + " vertices");
+  CudaExecutor executor(task.should_stop);
+  return QualitySweeps<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
+                                                           : CudaResult::kStopped;
 }
 
 // Runs `step` and turns what it throws into a result and a text.

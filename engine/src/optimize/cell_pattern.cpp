@@ -202,10 +202,17 @@ struct PatternTable {
   }
 };
 
+const PatternTable& Table() {
+  static const PatternTable table;
+  return table;
+}
+
 }  // namespace
 
+const std::vector<CellPattern>& AllCellPatterns() { return Table().patterns; }
+
 const CellPattern* FindCellPattern(const CellCorners& corners) {
-  static const PatternTable table;
+  const PatternTable& table = Table();
   const int16_t index = table.index[MaskOf(corners)];
   if (index < 0) return nullptr;
   const CellPattern& pattern = table.patterns[index];

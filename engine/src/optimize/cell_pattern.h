@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "amhex/volume_mesh.h"
 
@@ -40,6 +41,9 @@ struct CellPattern {
   int triangle_count = 0;
   std::array<std::array<uint8_t, 3>, 24> triangle_slots{};
 };
+
+// All that FindCellPattern can answer.
+const std::vector<CellPattern>& AllCellPatterns();
 
 // nullptr if the corners form no cell of Figure 2. O(1), no allocation; safe from any thread.
 const CellPattern* FindCellPattern(const CellCorners& corners);

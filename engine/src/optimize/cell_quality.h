@@ -11,28 +11,18 @@
 //     turn their folded triangle to the same side.)
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
+#include "optimize/cell_measures.h"
 #include "optimize/cell_pattern.h"
 
 namespace amhex {
 
 // Minimum scaled Jacobian of a valid cell, in (0, 1]; a value <= 0 that grows towards 0 as the
 // worst violation shrinks for an invalid one; -1 for no cell of Figure 2 or non-finite corners.
-// Some 200 ns, no allocation; safe from any thread.
+// Some 200 ns, no allocation; safe from any thread. Its two halves: cell_measures.h.
 double CellQuality(const CellCorners& corners, const std::vector<Vec3d>& vertices);
-
-// The two halves of CellQuality for a pattern that is known already, positions given by slot.
-//
-// Scaled Jacobians of pattern.corner[0 .. corner_count), NaN where corners are not finite.
-using CornerJacobians = std::array<double, 8>;
-void ScaledJacobians(const CellPattern& pattern, const std::array<Vec3d, 8>& positions,
-                     CornerJacobians& jacobians);
-// The least Gauss point or face triangle determinant in units of the mean edge length cubed, less
-// a margin: positive where the cell does not fold.
-double FoldMargin(const CellPattern& pattern, const std::array<Vec3d, 8>& positions);
 
 }  // namespace amhex

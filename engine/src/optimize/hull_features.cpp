@@ -53,6 +53,7 @@ HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll) : hull_(&hull
   BuildCreases(hull);
   poll.Now();
   FindCorners(hull);
+  MakeView();
 }
 
 void HullFeatures::KeepLongChains(const Hull& hull) {
@@ -142,6 +143,19 @@ void HullFeatures::FindCorners(const Hull& hull) {
     if (arms.size() == 2 && -Dot(arms[0], arms[1]) > kCornerBendCosine) continue;
     corners_.push_back(corner);
   }
+}
+
+void HullFeatures::MakeView() {
+  const auto view_of = [](const auto& values) {
+    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
+  };
+  for (const auto& queries : patch_queries_) patch_views_.push_back(queries->view());
+  for (const auto& [patches, segments] : creases_) {
+    crease_views_.push_back({patches.first, patches.second, segments.view()});
+  }
+  for (const HullCorner& corner : corners_) corner_positions_.push_back(corner.position);
+  view_ = {hull_->queries->view(), view_of(patch_views_), view_of(crease_views_),
+           view_of(corner_positions_)};
 }
 
 HullPoint HullFeatures::Closest(const Vec3d& p) const { return hull_->queries->Closest(p); }

@@ -15,6 +15,7 @@
 #include "base/stop_poll.h"
 #include "input/hull.h"
 #include "input/hull_queries.h"
+#include "optimize/feature_view.h"
 #include "optimize/segment_queries.h"
 
 namespace amhex {
@@ -35,12 +36,17 @@ class HullFeatures {
  public:
   // O(n log n) in the hull's triangles. Throws RunStopped when `poll` does.
   explicit HullFeatures(const Hull& hull, const StopPoll& poll = {});
+  HullFeatures(const HullFeatures&) = delete;
+  HullFeatures& operator=(const HullFeatures&) = delete;
 
   int32_t patch_count() const { return static_cast<int32_t>(patch_queries_.size()); }
   int32_t PatchOf(int32_t triangle) const { return patch_of_triangle_[triangle]; }
   const std::vector<HullCorner>& corners() const { return corners_; }
   // Patches that share a crease with `patch`, ascending.
   const std::vector<int32_t>& AdjacentPatches(int32_t patch) const { return adjacent_[patch]; }
+
+  // All of it where bodies run; must not outlive this.
+  const FeatureView& view() const { return view_; }
 
   // Closest point of the whole hull; its `triangle` is an index into the hull's triangles.
   HullPoint Closest(const Vec3d& p) const;
@@ -59,6 +65,7 @@ class HullFeatures {
   void BuildPatchQueries(const Hull& hull, const StopPoll& poll);
   void BuildCreases(const Hull& hull);
   void FindCorners(const Hull& hull);
+  void MakeView();
 
   const Hull* hull_;
   std::vector<SharpEdge> edges_;  // those kept
@@ -67,6 +74,11 @@ class HullFeatures {
   std::vector<std::vector<int32_t>> adjacent_;
   std::map<std::pair<int32_t, int32_t>, SegmentQueries> creases_;  // by (lower, higher) patch
   std::vector<HullCorner> corners_;
+  // For the view.
+  std::vector<HullView> patch_views_;
+  std::vector<CreaseView> crease_views_;
+  std::vector<Vec3d> corner_positions_;
+  FeatureView view_;
 };
 
 }  // namespace amhex

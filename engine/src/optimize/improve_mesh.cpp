@@ -33,10 +33,11 @@ constexpr int kMaxMends = 4;
 }  // namespace
 
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
-                                        const MeshingParams& params, RunContext& run) {
+                                        const MeshingParams& params, RunContext& run,
+                                        DeviceUse* device) {
   const HullFeatures features(hull, StopPoll(run));
   const auto place = [&](PlacementEffort effort) {
-    return PlaceVertices(std::move(complex), features, run, effort);
+    return PlaceVertices(std::move(complex), features, run, effort, device);
   };
   bool is_placed = false;
   for (size_t i = 0; i < std::size(kRounds); ++i) {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "optimize/cell_quality.h"
 #include "optimize/hull_features.h"
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
@@ -31,9 +32,6 @@ constexpr int kAverageSweeps = 40;
 constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.99;
 constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
-// Sweeps end when less than this share of the vertices still moves.
-constexpr double kIdleShare = 0.002;
-
 // Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
 // of its neighbourhood, and its knee follows the minimum as it rises. First broadly, which evens
 // out the worst cells with the merely poor ones; then steeply, where that stalls.
@@ -179,15 +177,7 @@ class Placer {
   }
 
   absl::Status Sweep(const SweepRules& rules, int sweep_count, SweepMemory& memory) {
-    for (int sweep = 0; sweep < sweep_count; ++sweep) {
-      const absl::StatusOr<int64_t> moved = SweepQuality(placement_, rules, memory, run_);
-      if (!moved.ok()) return moved.status();
-      const bool idle =
-          static_cast<double>(*moved) <= kIdleShare * static_cast<double>(vertex_count_);
-      // Raising the minimum is the work of few vertices.
-      if (*moved == 0 || (idle && rules.aim == QualityAim::kAverage)) break;
-    }
-    return absl::OkStatus();
+    return RunSweeps(placement_, rules, sweep_count, memory, run_);
   }
 
   void Report(double fraction) {
@@ -226,13 +216,15 @@ absl::Status CheckCells(const CellComplex& complex) {
 }  // namespace
 
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
-                                          RunContext& run, PlacementEffort effort) {
+                                          RunContext& run, PlacementEffort effort,
+                                          DeviceUse* device) {
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
   // Judge the maps that the output will have.
   for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
   Placement placement = PreparePlacement(complex, features);
+  placement.device = device;
   status = Placer(placement, run, &run).Run(effort);
   if (!status.ok()) return status;
   return complex;

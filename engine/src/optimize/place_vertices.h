@@ -12,6 +12,8 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 enum class PlacementEffort : uint8_t {
   kValid,  // onto the hull, and the worst cells raised: between changes of the cells
   kBest,   // and the average raised: at the end
@@ -27,10 +29,12 @@ enum class PlacementEffort : uint8_t {
 // projected only rises; projecting itself may cost quality down to a floor of 0.25, no more.
 //
 // `features` must be those of the hull. Same result at any thread count. Linear in the number of
-// cells, ~0.1 ms each. Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (a cell of no known type).
+// cells, ~0.1 ms each. Sweeps run on `device`, or on the CPU where it is null, with the same bits.
+// Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (a cell of no known type), and those of RunOnCuda.
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
                                           RunContext& run,
-                                          PlacementEffort effort = PlacementEffort::kBest);
+                                          PlacementEffort effort = PlacementEffort::kBest,
+                                          DeviceUse* device = nullptr);
 
 // The same for a part of a mesh: vertices v with fixed[v] = 1 stay; those behind the end of `fixed`
 // may move. Faces towards cells that are not in the part need not be closed, but the vertices of

@@ -7,6 +7,8 @@
 #include <array>
 #include <vector>
 
+#include "optimize/move_judge.h"
+
 namespace amhex {
 namespace {
 
@@ -20,19 +22,20 @@ constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
 constexpr double kAllowedShare = 0.75;
 constexpr double kLowestFloor = 0.25;
 
-bool ProjectVertex(Placement& placement, int32_t v, double quality_floor) {
-  const VertexConstraint& constraint = placement.constraints.vertex[v];
+bool ProjectVertex(const PlacementView& placement, int32_t v, double quality_floor) {
+  const VertexConstraint& constraint = placement.constraints[v];
   if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return false;
-  const Vec3d start = placement.complex.vertices[v];
+  const Vec3d start = placement.vertices[v];
   const Vec3d target = Constrain(constraint, start, placement.features).point;
   if (Norm(target - start) < kOnHull) return false;
-  MoveJudge judge(placement, v, CornerPenalty{}, {});
+  LocalRoom room(static_cast<size_t>(placement.cells_at[v].size));
+  MoveJudge judge(placement, v, CornerPenalty{}, FoldWatch::kNone, room.data());
   const double floor =
       std::min(quality_floor, std::max(kLowestFloor, kAllowedShare * judge.score().minimum));
   for (const double fraction : kFractions) {
     const Vec3d place = fraction == 1.0 ? target : start + (target - start) * fraction;
     if (judge.Permits(judge.Try(place), floor)) {
-      placement.complex.vertices[v] = place;
+      placement.vertices[v] = place;
       return true;
     }
   }
@@ -43,7 +46,7 @@ double OffsetOf(const Placement& placement, size_t v) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
   if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return 0;
   const Vec3d& p = placement.complex.vertices[v];
-  return Norm(Constrain(constraint, p, placement.features).point - p);
+  return Norm(Constrain(constraint, p, placement.features.view()).point - p);
 }
 
 }  // namespace
@@ -51,8 +54,9 @@ double OffsetOf(const Placement& placement, size_t v) {
 absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
                                       SweepMemory& memory, const RunContext& run) {
   std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
+  const PlacementView view = ViewOf(placement);
   const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
-    moved[v] = ProjectVertex(placement, v, quality_floor);
+    moved[v] = ProjectVertex(view, v, quality_floor);
   });
   if (!status.ok()) return status;
   NoteMoves(moved, placement, memory);

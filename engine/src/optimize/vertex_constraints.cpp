@@ -190,45 +190,6 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
   return result;
 }
 
-namespace {
-
-// `bound`: the admissible point nearest to p is not farther.
-ConstrainedPoint ConstrainWithin(const VertexConstraint& constraint, const Vec3d& p, double bound,
-                                 const HullFeatures& features) {
-  switch (constraint.kind) {
-    case Constraint::kFree:
-    case Constraint::kFixed:
-      break;
-    case Constraint::kPatch: {
-      const HullPoint hit = features.ClosestOnPatch(constraint.patch_a, p, bound);
-      return {hit.point, hit.normal, {}};
-    }
-    case Constraint::kCrease: {
-      const auto hit = features.ClosestOnCrease(constraint.patch_a, constraint.patch_b, p, 1e100);
-      if (hit.has_value()) return {hit->point, {}, hit->direction};
-      break;
-    }
-    case Constraint::kCorner:
-      return {features.corners()[constraint.corner].position, {}, {}};
-  }
-  return {p, {}, {}};
-}
-
-}  // namespace
-
-ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
-                           const HullFeatures& features) {
-  return ConstrainWithin(constraint, p, 1e300, features);
-}
-
-ConstrainedPoint ConstrainFrom(const VertexConstraint& constraint, const Vec3d& p,
-                               const Vec3d& known, const HullFeatures& features) {
-  // The slack is for the rounding of distances: a bound too small by a bit would find nothing.
-  constexpr double kRelativeSlack = 1e-9, kAbsoluteSlack = 1e-9;
-  return ConstrainWithin(constraint, p, Norm(p - known) * (1 + kRelativeSlack) + kAbsoluteSlack,
-                         features);
-}
-
 VertexConstraint Weakened(const VertexConstraint& constraint, const Vec3d& p,
                           const HullFeatures& features) {
   if (constraint.kind == Constraint::kCorner && constraint.patch_b >= 0) {

@@ -6,26 +6,11 @@
 #include <vector>
 
 #include "assembly/cell_complex.h"
+#include "optimize/constrain.h"
 #include "optimize/hull_features.h"
 #include "optimize/vertex_neighbourhoods.h"
 
 namespace amhex {
-
-enum class Constraint : uint8_t { kFree, kPatch, kCrease, kCorner, kFixed };
-
-struct VertexConstraint {
-  Constraint kind = Constraint::kFree;
-  int32_t patch_a = -1;  // kPatch; kCrease: between patch_a and patch_b
-  int32_t patch_b = -1;
-  int32_t corner = -1;  // kCorner: index into HullFeatures::corners()
-};
-
-// A point of a vertex's constraint set and the directions in which the vertex may move there.
-struct ConstrainedPoint {
-  Vec3d point;
-  Vec3d normal;     // kPatch: of the hull; kCrease: unused
-  Vec3d direction;  // kCrease: along it
-};
 
 struct VertexConstraints {
   std::vector<VertexConstraint> vertex;  // [vertex_count]
@@ -38,13 +23,6 @@ struct VertexConstraints {
 VertexConstraints AssignConstraints(const CellComplex& complex,
                                     const VertexNeighbourhoods& neighbourhoods,
                                     const HullFeatures& features);
-
-// The admissible point nearest to `p`; `p` itself for free vertices.
-ConstrainedPoint Constrain(const VertexConstraint& constraint, const Vec3d& p,
-                           const HullFeatures& features);
-// The same, faster: `known` is any admissible point.
-ConstrainedPoint ConstrainFrom(const VertexConstraint& constraint, const Vec3d& p,
-                               const Vec3d& known, const HullFeatures& features);
 
 // The next weaker constraint of a vertex that cannot reach its target: corner to crease or patch,
 // crease to the patch nearest to `p`. Patches stay.

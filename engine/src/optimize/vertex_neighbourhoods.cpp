@@ -56,16 +56,17 @@ VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex) {
   VertexNeighbourhoods result;
   result.patterns.reserve(complex.cells.size());
   for (const CellCorners& corners : complex.cells) {
-    result.patterns.push_back(FindCellPattern(corners));
+    const auto index = FindCellPattern(corners) - AllCellPatterns().data();
+    result.patterns.push_back(static_cast<int16_t>(index));
   }
   const int64_t vertex_count = static_cast<int64_t>(complex.vertices.size());
-  result.cells = InvertIncidence(vertex_count, static_cast<int64_t>(complex.cells.size()),
-                                 [&](int64_t c, auto visit) {
-                                   const CellPattern& pattern = *result.patterns[c];
-                                   for (int i = 0; i < pattern.vertex_count; ++i) {
-                                     visit(complex.cells[c][pattern.vertex_slot[i]]);
-                                   }
-                                 });
+  result.cells = InvertIncidence(
+      vertex_count, static_cast<int64_t>(complex.cells.size()), [&](int64_t c, auto visit) {
+        const CellPattern& pattern = AllCellPatterns()[result.patterns[c]];
+        for (int i = 0; i < pattern.vertex_count; ++i) {
+          visit(complex.cells[c][pattern.vertex_slot[i]]);
+        }
+      });
   result.hull_faces = InvertIncidence(vertex_count, static_cast<int64_t>(complex.hull_faces.size()),
                                       [&](int64_t f, auto visit) {
                                         const CellFace& face = complex.hull_faces[f];

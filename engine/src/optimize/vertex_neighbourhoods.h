@@ -27,9 +27,9 @@ struct Incidence {
 };
 
 struct VertexNeighbourhoods {
-  std::vector<const CellPattern*> patterns;  // [cell_count] never null
-  Incidence cells;                           // vertex -> cells
-  Incidence hull_faces;                      // vertex -> hull faces
+  std::vector<int16_t> patterns;  // [cell_count] index into AllCellPatterns()
+  Incidence cells;                // vertex -> cells
+  Incidence hull_faces;           // vertex -> hull faces
   // Vertices by colour: no two of one colour share a cell, so that all of one colour can be moved
   // in parallel with a result that does not depend on the order.
   std::vector<std::vector<int32_t>> colours;

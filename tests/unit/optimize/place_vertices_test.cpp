@@ -191,7 +191,7 @@ TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
   for (int round = 0; round < 3; ++round) {
     ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
     ASSERT_TRUE(SweepQuality(placement, {QualityAim::kMinimum, 0.9, 0.5}, memory, run).ok());
-    const CellSurvey anew = SurveyCells(complex, placement.neighbourhoods);
+    const CellSurvey anew = PreparePlacement(complex, features).survey;
     EXPECT_EQ(placement.survey.min_scaled_jacobian, anew.min_scaled_jacobian);
     EXPECT_EQ(placement.survey.near_folding, anew.near_folding);
   }

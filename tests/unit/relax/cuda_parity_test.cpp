@@ -6,7 +6,10 @@
 #include <ostream>
 #include <set>
 #include <string>
+#include <tuple>
+#include <vector>
 
+#include "amhex/mesher.h"
 #include "cuda/cuda_library.h"
 #include "cuda/device_use.h"
 #include "fields/background_grid.h"
@@ -15,7 +18,12 @@
 #include "fixtures/solids.h"
 #include "input/ask_hull.h"
 #include "input/site_grid.h"
+#include "optimize/hull_features.h"
+#include "optimize/placement.h"
+#include "optimize/project_to_hull.h"
+#include "optimize/raise_quality.h"
 #include "relax/relaxation.h"
+#include "support/grid_complex.h"
 #include "unit/relax/relax_fixtures.h"
 
 namespace amhex {
@@ -168,6 +176,53 @@ TEST(CudaParityOfFields, GivesTheSameFramesAsTheCpuAfterAnOddNumberOfSweeps) {
     const Quaternion &a = (*cpu)[i], &b = (*cuda)[i];
     ASSERT_TRUE(a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z) << "node " << i;
   }
+}
+
+// Vertices of all kinds, inside and on faces, edges and corners of a box, raised towards the
+// minimum and the average.
+TEST(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({5, 4, 3}, 0.5));
+  const HullFeatures features(hull);
+  const auto swept = [&](QualityAim aim, DeviceUse* where) {
+    CellComplex complex = testing_support::GridComplex({5, 4, 3});
+    testing_support::Shake(complex, 0.35);
+    Placement placement = PreparePlacement(complex, features);
+    placement.device = where;
+    SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+    const RunContext run;
+    EXPECT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+    SweepRules rules{aim, 1.1, 0.4};
+    if (aim == QualityAim::kAverage) rules.penalty.kind = EnergyKind::kMinima;
+    const std::vector<Vec3d> before = complex.vertices;
+    EXPECT_TRUE(RunSweeps(placement, rules, 5, memory, run).ok());
+    EXPECT_NE(complex.vertices, before);
+    return std::make_tuple(complex.vertices, placement.survey.min_scaled_jacobian,
+                           placement.survey.near_folding, memory.active, memory.step);
+  };
+  for (const QualityAim aim : {QualityAim::kMinimum, QualityAim::kAverage}) {
+    EXPECT_TRUE(swept(aim, nullptr) == swept(aim, &*device));
+  }
+}
+
+// With patches, creases and corners of their own, and cells of every kind.
+TEST(CudaParityOfPlacement, GivesTheSameMeshAsTheCpu) {
+  const absl::StatusOr<std::string> device = DescribeCuda();
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  MeshingParams params;
+  params.sizing.cell_count = 120;
+  params.sizing.trial_count = 1;
+  const auto mesh_on = [&](Backend backend) {
+    params.run.backend = backend;
+    RunContext run;
+    return Mesh(fixtures::MakeBracket(1, 0.25), params, run);
+  };
+  const auto cpu = mesh_on(Backend::kCpu), cuda = mesh_on(Backend::kCuda);
+  ASSERT_TRUE(cpu.ok()) << cpu.status();
+  ASSERT_TRUE(cuda.ok()) << cuda.status();
+  EXPECT_EQ(cpu->mesh.corners, cuda->mesh.corners);
+  EXPECT_EQ(cpu->mesh.vertices, cuda->mesh.vertices);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,0 +1,56 @@
+// What the moves of one vertex read and write, as plain arrays: the same on the host and where
+// bodies run.
+#pragma once
+
+#include <cstdint>
+
+#include "base/array_view.h"
+#include "optimize/cell_pattern.h"
+#include "optimize/constrain.h"
+#include "optimize/feature_view.h"
+#include "topology/primitives.h"
+
+namespace amhex {
+
+// Rows of Incidence (vertex_neighbourhoods.h).
+struct IncidenceView {
+  ArrayView<const int64_t> first;  // [row_count + 1]
+  ArrayView<const int32_t> item;
+
+  AMHEX_HD ArrayView<const int32_t> operator[](int64_t row) const {
+    return {item.data + first[row], first[row + 1] - first[row]};
+  }
+};
+
+struct PlacementView {
+  // Of the complex; vertices are moved in place.
+  ArrayView<Vec3d> vertices;
+  ArrayView<const CellCorners> cells;
+  ArrayView<const CellFace> hull_faces;
+  // Of the neighbourhoods.
+  ArrayView<const CellPattern> patterns;     // of all cells of Figure 2
+  ArrayView<const int16_t> pattern_of_cell;  // index into them
+  IncidenceView cells_at;
+  IncidenceView hull_faces_at;
+  // Of the constraints.
+  ArrayView<const VertexConstraint> constraints;  // [vertex]
+  ArrayView<const Vec3d> face_normal;             // [hull face]
+  // Of the survey.
+  ArrayView<float> min_scaled_jacobian;  // [cell]
+  ArrayView<uint8_t> near_folding;       // [cell]
+  FeatureView features;
+
+  AMHEX_HD const CellPattern& PatternOf(int64_t cell) const {
+    return patterns[pattern_of_cell[cell]];
+  }
+  // What bodies only read, but for the features.
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(cells), visit(hull_faces), visit(patterns), visit(pattern_of_cell);
+    visit(cells_at.first), visit(cells_at.item);
+    visit(hull_faces_at.first), visit(hull_faces_at.item);
+    visit(constraints), visit(face_normal);
+  }
+};
+
+}  // namespace amhex

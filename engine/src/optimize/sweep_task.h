@@ -1,0 +1,37 @@
+// Sweeps of vertex placement as plain arrays: what crosses the border to the CUDA library that is
+// loaded at run time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "base/array_view.h"
+#include "optimize/placement_view.h"
+#include "optimize/vertex_search.h"
+
+namespace amhex {
+
+// Views are on host arrays that outlive the task. Vertices, survey and memory are worked on in
+// place, and are as they were unless the task was done.
+struct SweepTask {
+  PlacementView placement;
+  SweepRules rules;
+  int32_t most_sweeps = 0;
+  std::vector<uint8_t>* active = nullptr;         // SweepMemory's
+  std::vector<float>* step = nullptr;             // SweepMemory's
+  std::vector<ArrayView<const int32_t>> colours;  // vertices; no two of one colour share a cell
+  std::function<bool()> should_stop;              // may be empty
+};
+
+// True if a sweep that moved so many vertices is the last.
+inline bool HasSettled(int64_t moved, const SweepTask& task) {
+  // Sweeps end when less than this share of the vertices still moves, but raising the minimum is
+  // the work of few vertices.
+  constexpr double kIdleShare = 0.002;
+  const auto vertex_count = static_cast<double>(task.placement.vertices.size);
+  const bool is_idle = static_cast<double>(moved) <= kIdleShare * vertex_count;
+  return moved == 0 || (is_idle && task.rules.aim == QualityAim::kAverage);
+}
+
+}  // namespace amhex
