@@ -52,7 +52,7 @@ void main() {
   float inSquare = min(min(u, 1.0 - u) * wide, min(v, 1.0 - v) * high);
   float inTriangle = min(min(u * wide, v * high), third * far);
   // Half a line; the other half is in the next face. Faces of few pixels would be lines only.
-  float line = clamp(1.1 - mix(inSquare, inTriangle, triangle), 0.0, 1.0) * clamp((min(wide, high) - 1.5) / 5.0, 0.0, 1.0);
+  float line = clamp(0.95 - mix(inSquare, inTriangle, triangle), 0.0, 1.0) * clamp((min(wide, high) - 1.5) / 5.0, 0.0, 1.0);
   gl_FragColor = vec4(mix(colour, vec3(${EDGE_COLOUR.join(", ")}), edges * line), 1.0);
 }`;
 // While something moves and the browser draws in software, pixels are this much larger.
