@@ -5,9 +5,18 @@
 
 namespace amhex {
 
-// Models of 1.5k to 12k cells, CPU backend, one core; memory is the process's peak.
-inline constexpr double kSecondsPerCell = 2e-3;
-inline constexpr double kSecondsPerInputElement = 2e-5;
+// Seconds on the CPU backend with two threads, from docs/results.md: chosen so that no model there
+// is off by more than three times. Boxy solids and organic ones, which leave much to close and to
+// place, lie up to seven times apart at the same number of cells.
+inline constexpr double kSecondsPerCell = 0.2e-3;
+inline constexpr double kSecondsPerCellAndTrial = 0.18e-3;
+// Twistcube of 1,300 cells from a grid start: 1.2 s of relaxation, 150 iterations.
+inline constexpr double kSecondsPerCellAndIteration = 6e-6;
+// Triangles or points; clouds cost more, large meshes less.
+inline constexpr double kSecondsPerInputElement = 1e-5;
+// Of a volume mesh that is reassembled or subdivided: nothing is relaxed.
+inline constexpr double kSecondsPerGivenCell = 3e-5;
+// Memory is the process's peak, and an upper bound: runs are refused for it.
 inline constexpr int64_t kBytesPerCell = 8'000;
 inline constexpr int64_t kBytesPerInputElement = 600;
 inline constexpr int64_t kBytesAtRest = 50'000'000;
@@ -17,9 +26,18 @@ inline constexpr int64_t ExpectedMemoryBytes(int64_t cell_count, int64_t input_e
   return kBytesAtRest + kBytesPerCell * cell_count + kBytesPerInputElement * input_elements;
 }
 
-inline constexpr double ExpectedSeconds(int64_t cell_count, int64_t input_elements) {
-  return kSecondsPerCell * static_cast<double>(cell_count) +
-         kSecondsPerInputElement * static_cast<double>(input_elements);
+struct ExpectedWork {
+  int64_t cell_count = 0;
+  int64_t input_elements = 0;
+  int trial_count = 1;
+  int iteration_count = 0;
+};
+
+inline constexpr double ExpectedSeconds(const ExpectedWork& work) {
+  const double per_cell = kSecondsPerCell + kSecondsPerCellAndTrial * work.trial_count +
+                          kSecondsPerCellAndIteration * work.iteration_count;
+  return per_cell * static_cast<double>(work.cell_count) +
+         kSecondsPerInputElement * static_cast<double>(work.input_elements);
 }
 
 // The largest of the fields' solves on a device, of the closed lattice form

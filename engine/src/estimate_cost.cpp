@@ -11,6 +11,8 @@
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
 #include "relax/device_memory.h"
+#include "relax/relaxation.h"
+#include "trials.h"
 
 namespace amhex {
 namespace {
@@ -58,8 +60,19 @@ double CellsFromVolume(const VolumeMesh& mesh, VolumeUse use) {
 double WantedCells(const SizingParams& sizing, double volume) {
   if (sizing.cell_count > 0) return static_cast<double>(sizing.cell_count);
   if (sizing.edge_length > 0) return volume / std::pow(sizing.edge_length, 3);
-  // Thin parts may raise the default number up to this one.
-  return static_cast<double>(kMaxDefaultCellCount);
+  return static_cast<double>(kDefaultCellCount);
+}
+
+// Memory is set aside for as many: thin parts may raise the default number up to a bound.
+int64_t MostCells(const SizingParams& sizing, int64_t cell_count) {
+  const bool by_default = sizing.cell_count <= 0 && sizing.edge_length <= 0;
+  return by_default ? std::max(cell_count, kMaxDefaultCellCount) : cell_count;
+}
+
+double SecondsOfHull(int64_t cell_count, const MeshingParams& params, int64_t input_elements) {
+  return ExpectedSeconds({cell_count, input_elements,
+                          CountOfTrials(static_cast<double>(cell_count), params),
+                          ResolveIterationCount(params.relaxation)});
 }
 
 // The most that any step takes on a device; each gives back everything before the next begins.
@@ -97,9 +110,9 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
     element_count = static_cast<int64_t>(cloud.points.size());
   }
   const auto* given = std::get_if<VolumeMesh>(&hull);
-  const double cells = given != nullptr && params.input.volume_use != VolumeUse::kHull
-                           ? CellsFromVolume(*given, params.input.volume_use)
-                           : WantedCells(params.sizing, volume);
+  const bool is_meshed = given == nullptr || params.input.volume_use == VolumeUse::kHull;
+  const double cells = is_meshed ? WantedCells(params.sizing, volume)
+                                 : CellsFromVolume(*given, params.input.volume_use);
   if (!(cells <= static_cast<double>(kMaxCellCount))) {
     return absl::OutOfRangeError(absl::StrCat("the input makes about ", cells,
                                               " cells of edge length ", params.sizing.edge_length,
@@ -107,18 +120,20 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   }
   CostEstimate estimate;
   estimate.cell_count = std::max<int64_t>(1, std::llround(cells));
-  estimate.memory_bytes = ExpectedMemoryBytes(estimate.cell_count, element_count);
-  estimate.seconds = ExpectedSeconds(estimate.cell_count, element_count);
-  const bool has_relaxation = given == nullptr || params.input.volume_use == VolumeUse::kHull;
-  if (has_relaxation && params.run.backend != Backend::kCpu) {
-    estimate.device_memory_bytes = DeviceBytes(estimate.cell_count, params);
+  const int64_t most_cells =
+      is_meshed ? MostCells(params.sizing, estimate.cell_count) : estimate.cell_count;
+  estimate.memory_bytes = ExpectedMemoryBytes(most_cells, element_count);
+  estimate.seconds = is_meshed ? SecondsOfHull(estimate.cell_count, params, element_count)
+                               : kSecondsPerGivenCell * static_cast<double>(estimate.cell_count);
+  if (is_meshed && params.run.backend != Backend::kCpu) {
+    estimate.device_memory_bytes = DeviceBytes(most_cells, params);
   }
   // Under kAuto the CPU takes what the device has no room for.
   if (params.run.backend == Backend::kCuda) AMHEX_RETURN_IF_ERROR(CheckDeviceMemory(estimate));
   const int64_t limit = params.run.memory_limit_bytes;
   if (limit > 0 && estimate.memory_bytes > limit) {
     return absl::ResourceExhaustedError(absl::StrCat("about ", estimate.memory_bytes,
-                                                     " bytes are needed for ", estimate.cell_count,
+                                                     " bytes are needed for ", most_cells,
                                                      " cells, run.memory_limit_bytes is ", limit));
   }
   return estimate;
@@ -127,12 +142,12 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
 CostEstimate PredictCost(const MeshingParams& params, int64_t input_element_count) {
   const SizingParams& sizing = params.sizing;
   const bool is_told = sizing.cell_count > 0 || sizing.edge_length <= 0;
-  const int64_t cells = sizing.cell_count > 0 ? sizing.cell_count : kMaxDefaultCellCount;
+  const int64_t cells = sizing.cell_count > 0 ? sizing.cell_count : kDefaultCellCount;
   CostEstimate estimate;
-  estimate.seconds = ExpectedSeconds(cells, input_element_count);
+  estimate.seconds = SecondsOfHull(cells, params, input_element_count);
   if (!is_told) return estimate;
   estimate.cell_count = cells;
-  estimate.memory_bytes = ExpectedMemoryBytes(cells, input_element_count);
+  estimate.memory_bytes = ExpectedMemoryBytes(MostCells(sizing, cells), input_element_count);
   return estimate;
 }
 

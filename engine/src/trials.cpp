@@ -117,16 +117,19 @@ std::vector<std::string> DeviceNotes(const std::vector<Sites>& trials) {
 
 }  // namespace
 
-TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
-  if (params.relaxation.initialization != Initialization::kField) return {};
-  TrialPlan plan;
-  plan.started = std::min<int>(params.sizing.trial_count, kMaxTrials);
-  if (plan.started == 0) {
-    plan.started = 1;
-    for (const TrialsBySize& by_size : kTrialsBySize) {
-      if (hull.volume <= by_size.most_cells) plan.started = std::max(plan.started, by_size.started);
-    }
+int CountOfTrials(double cell_count, const MeshingParams& params) {
+  if (params.relaxation.initialization != Initialization::kField) return 1;
+  if (params.sizing.trial_count > 0) return std::min<int>(params.sizing.trial_count, kMaxTrials);
+  int count = 1;
+  for (const TrialsBySize& by_size : kTrialsBySize) {
+    if (cell_count <= by_size.most_cells) count = std::max(count, by_size.started);
   }
+  return count;
+}
+
+TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
+  TrialPlan plan;
+  plan.started = CountOfTrials(hull.volume, params);
   plan.closed = (plan.started + 1) / 2;
   plan.placed = plan.started >= kTrialsForSecondPlacing ? 2 : 1;
   return plan;

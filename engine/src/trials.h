@@ -21,6 +21,9 @@ struct TrialPlan {
   int placed = 1;   // at most; fewer when one is good enough
 };
 
+// How many trials a run of about so many cells starts.
+int CountOfTrials(double cell_count, const MeshingParams& params);
+
 // What `params` ask for or, with trial_count 0, the more the smaller the solid. One only with
 // starts other than the field start.
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params);

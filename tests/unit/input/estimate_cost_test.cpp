@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <variant>
 
 #include "amhex/mesher.h"
 #include "fixtures/solids.h"
+#include "fixtures/volumes.h"
+#include "input/edge_length.h"
 
 namespace amhex {
 namespace {
@@ -70,6 +73,76 @@ TEST(PredictCost, AnEdgeLengthTellsNoMemoryButTheTimeOfTheDefault) {
   EXPECT_EQ(predicted.cell_count, 0);
   EXPECT_EQ(predicted.memory_bytes, 0);
   EXPECT_EQ(predicted.seconds, by_default.seconds);
+}
+
+// Models of docs/results.md and docs/performance.md at commit 47eb2c0, two threads of an AMD EPYC.
+struct Measured {
+  const char* model;
+  int64_t cell_count;  // asked for; 0: the default
+  int64_t elements;    // triangles or points of the input
+  double seconds;      // of all stages
+};
+constexpr Measured kMeasured[] = {
+    {"twistcube", 1'300, 12'288, 1.29},   {"twistcube", 5'700, 12'288, 1.63},
+    {"cylinder", 1'670, 13'920, 1.64},    {"fandisk", 9'500, 12'946, 3.96},
+    {"fandisk", 38'000, 12'946, 10.2},    {"fandisk", 100'000, 12'946, 33.3},
+    {"jumpramp", 1'460, 13'822, 2.57},    {"holeblock", 7'500, 15'846, 2.55},
+    {"rod", 7'400, 4'428, 2.68},          {"sculpt", 5'200, 7'342, 1.95},
+    {"trefoil", 8'500, 21'600, 3.12},     {"rocker-arm", 10'000, 20'088, 6.75},
+    {"bunny", 3'200, 69'451, 21.27},      {"bunny", 49'000, 69'451, 25.48},
+    {"hand", 47'000, 4'944, 19.33},       {"bunny cloud", 0, 8'000, 8.12},
+    {"igea, quantized", 0, 5'000, 11.21}, {"igea", 0, 5'000, 3.35},
+    {"igea, noisy", 0, 5'000, 4.68},      {"igea, noisy, no normals", 0, 5'000, 6.99},
+    {"twistcube cloud", 0, 6'000, 1.79},
+};
+
+TEST(PredictCost, SecondsAreWithinThreeTimesOfWhatWasMeasured) {
+  constexpr double kNear = 2.3;
+  int near_count = 0;
+  for (const Measured& measured : kMeasured) {
+    MeshingParams params;
+    params.sizing.cell_count = measured.cell_count;
+    const double ratio = PredictCost(params, measured.elements).seconds / measured.seconds;
+    EXPECT_GT(ratio, 1.0 / 3) << measured.model << ", " << measured.cell_count;
+    EXPECT_LT(ratio, 3.0) << measured.model << ", " << measured.cell_count;
+    if (ratio > 1 / kNear && ratio < kNear) ++near_count;
+  }
+  EXPECT_GE(near_count, static_cast<int>(std::size(kMeasured)) * 6 / 7);
+}
+
+TEST(PredictCost, IterationsOfTheRelaxationCost) {
+  MeshingParams params;
+  params.sizing.cell_count = 1'300;
+  params.relaxation.initialization = Initialization::kGrid;
+  // Twistcube from a grid: 1.63 s, of which 1.2 s are 150 iterations.
+  const double seconds = PredictCost(params, 12'288).seconds;
+  EXPECT_GT(seconds, 1.63 / 2);
+  EXPECT_LT(seconds, 1.63 * 2);
+  params.relaxation.iteration_count = 300;
+  EXPECT_GT(PredictCost(params, 12'288).seconds, seconds + 1);
+}
+
+TEST(EstimateCost, MemoryIsSetAsideForThinPartsThatTheDefaultSizeFollows) {
+  const InputHull hull = fixtures::MakeSphere(1, 0.3);
+  MeshingParams by_default, most;
+  most.sizing.cell_count = kMaxDefaultCellCount;
+  const auto estimate = EstimateCost(hull, by_default), bound = EstimateCost(hull, most);
+  ASSERT_TRUE(estimate.ok() && bound.ok());
+  EXPECT_EQ(estimate->cell_count, kDefaultCellCount);
+  EXPECT_EQ(estimate->memory_bytes, bound->memory_bytes);
+}
+
+TEST(EstimateCost, CellsThatAreThereCostLittle) {
+  MeshingParams params;
+  params.input.volume_use = VolumeUse::kReassemble;
+  constexpr int kPerSide = 10;
+  const InputHull cells = fixtures::MakeHexahedra(kPerSide);
+  const auto estimate = EstimateCost(cells, params);
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_EQ(estimate->cell_count, kPerSide * kPerSide * kPerSide);
+  params.input.volume_use = VolumeUse::kHull;
+  params.sizing.cell_count = estimate->cell_count;
+  EXPECT_GT(EstimateCost(cells, params)->seconds, 10 * estimate->seconds);
 }
 
 TEST(EstimateCost, ADeviceIsAskedForMemoryUnlessTheCpuIsWanted) {
