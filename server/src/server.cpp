@@ -35,6 +35,8 @@ namespace fs = std::filesystem;
 constexpr int kBlockingThreads = 8;
 // What is left of calls after the workers have stopped may finish within this.
 constexpr absl::Duration kCallGrace = absl::Seconds(1);
+// However short leases are: a worker speaks once a second, if the machine lets it.
+constexpr absl::Duration kLeastSilencePatience = absl::Seconds(5);
 constexpr char kMesherService[] = "amhex.v1.Mesher";
 constexpr char kBlobsService[] = "amhex.v1.Blobs";
 constexpr char kWorkerService[] = "worker";
@@ -164,6 +166,7 @@ absl::Status Server::Parts::OpenStores() {
   WorkerPool::Options pool_options;
   pool_options.command = {options.worker, options.limits.max_worker_memory_bytes};
   pool_options.worker_count = options.worker_count;
+  pool_options.silence_patience = std::max(options.lease, kLeastSilencePatience);
   pool = std::make_unique<WorkerPool>(pool_options, manager.get());
   return absl::OkStatus();
 }

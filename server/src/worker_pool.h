@@ -36,6 +36,9 @@ class WorkerPool {
     absl::Duration cancel_patience = absl::Milliseconds(150);
     // A decoder cannot be asked to stop; beyond this its worker is killed and the input blamed.
     absl::Duration decode_patience = absl::Minutes(2);
+    // A worker that has a job and gives no sign of life for so long is frozen: it is killed, which
+    // costs the attempt.
+    absl::Duration silence_patience = absl::Seconds(30);
     // Time for a worker to say hello.
     absl::Duration start_patience = absl::Seconds(60);
     // Time for the trial job of a worker whose predecessors have died.

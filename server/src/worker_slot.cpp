@@ -253,8 +253,23 @@ void WorkerSlot::WaitForNews(Run* run) {
     process_->Kill();
     HandleDeath(run);
   } else if (*outcome == FrameChannel::Outcome::kFrame) {
+    run->silence = absl::ZeroDuration();
     Handle(news, run);
+  } else if (*outcome == FrameChannel::Outcome::kTimeout) {
+    CheckSilence(wait, run);
   }
+}
+
+// Only time in which this process waited counts: when it was frozen itself, the worker's signs of
+// life are in the socket, or the whole machine slept.
+void WorkerSlot::CheckSilence(absl::Duration more, Run* run) {
+  run->silence += more;
+  if (run->stop_cause != StopCause::kNone || run->silence < pool_->options_.silence_patience) {
+    return;
+  }
+  LogWarning("worker_silent", {{"worker", name_}, {"job", run->attempt->job().name()}});
+  run->stop_cause = StopCause::kSilence;
+  run->kill_time = absl::InfinitePast();
 }
 
 void WorkerSlot::Handle(const FromWorker& news, Run* run) {
@@ -317,6 +332,12 @@ void WorkerSlot::HandleDeath(Run* run) {
                                "decoding the input took longer than " +
                                    absl::FormatDuration(pool_->options_.decode_patience)));
       break;
+    case StopCause::kSilence:
+      ++deaths_in_jobs_;
+      manager_->WorkerDied(
+          *run->attempt,
+          "it gave no sign of life for " + absl::FormatDuration(pool_->options_.silence_patience));
+      break;
     case StopCause::kNone:
       ++deaths_in_jobs_;
       device_lost_ = exit.exit_code == kDeviceLostExitCode;
@@ -329,7 +350,9 @@ void WorkerSlot::HandleDeath(Run* run) {
       }
       break;
   }
-  LoseProcess(run->stop_cause == StopCause::kNone ? "death_in_job" : "killed");
+  LoseProcess(run->stop_cause == StopCause::kNone      ? "death_in_job"
+              : run->stop_cause == StopCause::kSilence ? "silence"
+                                                       : "killed");
 }
 
 }  // namespace amhex::server

@@ -27,7 +27,7 @@ class WorkerSlot {
 
  private:
   // Why the child was asked to stop, if it was.
-  enum class StopCause { kNone, kCancel, kTimeout, kShutdown, kSlowDecoder };
+  enum class StopCause { kNone, kCancel, kTimeout, kShutdown, kSlowDecoder, kSilence };
 
   struct Run {
     std::shared_ptr<Attempt> attempt;
@@ -37,6 +37,8 @@ class WorkerSlot {
     absl::Time run_deadline;
     absl::Time decode_deadline = absl::InfiniteFuture();
     amhex::v1::Stage stage = amhex::v1::STAGE_UNSPECIFIED;
+    // Waited for the worker in vain since it last said something.
+    absl::Duration silence;
     bool over = false;
   };
 
@@ -53,6 +55,7 @@ class WorkerSlot {
   void RunAttempt(std::shared_ptr<Attempt> attempt);
   bool SendOrder(const Attempt& attempt);
   void WaitForNews(Run* run);
+  void CheckSilence(absl::Duration more, Run* run);
   void Handle(const amhex::worker::FromWorker& news, Run* run);
   void HandleFinished(const amhex::worker::Finished& finished, Run* run);
   void HandleDeath(Run* run);

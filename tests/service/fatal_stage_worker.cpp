@@ -2,7 +2,8 @@
 //
 // It stands between amhexd and the real worker and passes their frames on. The folder that
 // AMHEX_FATAL_STAGES names tells what happens: at the first news of stage N, the file "worker-N"
-// there is removed and the worker killed with SIGKILL; with "server-N", amhexd is.
+// there is removed and the worker killed with SIGKILL; with "server-N", amhexd is; with "frozen-N",
+// the worker is stopped for good.
 #include <signal.h>
 #include <unistd.h>
 
@@ -64,7 +65,14 @@ class FatalStageWorker {
       const int stage = news.progress().stage();
       if (Is("server", stage)) kill(getppid(), SIGKILL);
       if (Is("worker", stage)) return;
+      if (Is("frozen", stage)) Freeze();
     }
+  }
+
+  // What the worker still sent before it was stopped is not passed on.
+  [[noreturn]] void Freeze() const {
+    kill(worker_->pid(), SIGSTOP);
+    while (true) pause();
   }
 
   // True once per file.

@@ -97,6 +97,17 @@ TEST_F(FaultTest, FrozenServerGoesOnWhereItStopped) {
   EXPECT_EQ(Get(name).result().mesh().sha256(), Sha256Hex("mesh"));
 }
 
+TEST_F(FaultTest, FrozenWorkerLosesItsJobToTheNext) {
+  Start({"--lease-seconds", "1"});
+  const std::string name = Submit("progress 1; until " + Go() + "; succeed mesh;");
+  ASSERT_TRUE(Eventually([&] { return Get(name).progress().iteration() == 1; }, kPatience));
+  kill(ChildrenOf(pid()).at(0), SIGSTOP);
+  ASSERT_TRUE(Eventually([&] { return Get(name).attempt_count() == 2; }, kPatience));
+  SayGo();
+  ASSERT_TRUE(Reaches(name, Job::SUCCEEDED));
+  EXPECT_EQ(Get(name).result().mesh().sha256(), Sha256Hex("mesh"));
+}
+
 // A client whose way to the server a test can cut.
 class CutTest : public FaultTest {
  protected:

@@ -36,7 +36,7 @@ absl::Duration ProcessorTimeOfThisThread() {
 }
 
 TEST_F(FrameChannelTest, WaitingForEverSleeps) {
-  constexpr absl::Duration kWait = absl::Seconds(1);
+  static constexpr absl::Duration kWait = absl::Seconds(1);
   std::thread sender([this] {
     absl::SleepFor(kWait);
     EXPECT_TRUE(far_->Send(ToWorker()).ok());

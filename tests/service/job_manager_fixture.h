@@ -35,6 +35,7 @@ class JobManagerTest : public ::testing::Test {
     pool_options.worker_count = worker_count;
     pool_options.stop_patience = absl::Milliseconds(300);
     pool_options.decode_patience = absl::Milliseconds(500);
+    pool_options.silence_patience = silence_patience_;
     pool_ = std::make_unique<WorkerPool>(pool_options, manager_.get());
     pool_->Start(nullptr);
   }
@@ -82,6 +83,7 @@ class JobManagerTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   JobManager::Options options_;
+  absl::Duration silence_patience_ = absl::Minutes(1);
   std::unique_ptr<Metrics> metrics_;
   std::unique_ptr<JobManager> manager_;
   std::unique_ptr<WorkerPool> pool_;

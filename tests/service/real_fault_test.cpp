@@ -13,6 +13,7 @@
 #include "fault_fixture.h"
 #include "files.h"
 #include "job.h"
+#include "process_view.h"
 #include "sha256.h"
 
 namespace amhex::server {
@@ -36,7 +37,9 @@ class RealFaultTest : public FaultTest {
     unsetenv("AMHEX_FATAL_STAGES");
   }
 
-  void StartReal() { Start({"--worker", AMHEX_FATAL_STAGE_WORKER, "--max-attempts", "40"}); }
+  void StartReal() {
+    Start({"--worker", AMHEX_FATAL_STAGE_WORKER, "--max-attempts", "40", "--lease-seconds", "1"});
+  }
   std::string Fatal(const std::string& victim, int stage) {
     return folder() / absl::StrCat("fatal/", victim, "-", stage);
   }
@@ -89,6 +92,34 @@ TEST_F(RealFaultTest, ServerKilledInEveryStageGivesTheSameMeshInTheSameAttempt) 
     EXPECT_EQ(MeshOf(name), undisturbed) << Stage_Name(static_cast<Stage>(stage));
     EXPECT_EQ(Get(name).attempt_count(), 1) << Stage_Name(static_cast<Stage>(stage));
   }
+}
+
+// Its decoder, its engine and its writer, each frozen beyond the lease.
+TEST_F(RealFaultTest, FrozenWorkerLosesItsJobAndTheNextGivesTheSameMesh) {
+  StartReal();
+  const std::string undisturbed = MeshOf(SubmitCube());
+  constexpr int kStages[] = {kFirstStage, amhex::v1::STAGE_PLACE_VERTICES, kLastStage};
+  for (const int stage : kStages) {
+    std::ofstream(Fatal("frozen", stage)) << "x";
+    const std::string name = SubmitCube();
+    EXPECT_EQ(MeshOf(name), undisturbed) << Stage_Name(static_cast<Stage>(stage));
+    EXPECT_EQ(Get(name).attempt_count(), 2) << Stage_Name(static_cast<Stage>(stage));
+  }
+}
+
+TEST_F(RealFaultTest, FrozenWorkerDiesWithItsServer) {
+  Start({"--worker", AMHEX_REAL_WORKER});
+  const std::vector<pid_t> workers = ChildrenOf(pid());
+  ASSERT_EQ(workers.size(), 1u);
+  kill(workers[0], SIGSTOP);
+  const std::string name = SubmitCube();
+  ASSERT_TRUE(Reaches(name, Job::RUNNING));
+  kill(pid(), SIGKILL);
+  EXPECT_EQ(Wait(), -1);
+  EXPECT_TRUE(Eventually([&] { return kill(workers[0], 0) != 0; }, kPatience));
+  Start({"--worker", AMHEX_REAL_WORKER});
+  EXPECT_NE(MeshOf(name), "");
+  EXPECT_EQ(Get(name).attempt_count(), 1);
 }
 
 // A data folder on a file system of its own, which a test can fill to the last byte.

@@ -20,10 +20,12 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -51,6 +53,7 @@ class ScriptedWorker {
     backend->set_backend(amhex::v1::BACKEND_CPU);
     backend->set_available(true);
     if (!channel_.Send(hello).ok()) return EXIT_FAILURE;
+    std::thread([this] { ShowLife(); }).detach();
     while (true) {
       ToWorker frame;
       const auto outcome = channel_.Receive(&frame, absl::InfiniteDuration());
@@ -60,6 +63,15 @@ class ScriptedWorker {
   }
 
  private:
+  // As the real worker does while it has a job.
+  void ShowLife() {
+    while (true) {
+      std::this_thread::sleep_for(absl::ToChronoMilliseconds(kSignOfLifeInterval));
+      std::lock_guard<std::mutex> lock(verdict_mutex_);
+      if (!finished_) Send(FromWorker());
+    }
+  }
+
   void Perform(const amhex::worker::RunJob& order) {
     order_ = order;
     finished_ = false;
@@ -142,14 +154,12 @@ class ScriptedWorker {
   }
 
   void Finish(const absl::Status& error) {
-    finished_ = true;
     FromWorker news;
     *news.mutable_finished()->mutable_error() = ToRpcStatus(error);
-    Send(news);
+    SendVerdict(news);
   }
 
   void Succeed(const std::string& text) {
-    finished_ = true;
     FromWorker news;
     if (order_.estimate_only()) {
       news.mutable_finished()->mutable_estimate()->set_cell_count(42);
@@ -157,7 +167,7 @@ class ScriptedWorker {
       std::ofstream(order_.output_path()) << text;
       news.mutable_finished()->mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
     }
-    Send(news);
+    SendVerdict(news);
   }
 
   void Large(size_t size) {
@@ -179,9 +189,15 @@ class ScriptedWorker {
   void FinishFile(UniqueFd fd, const absl::Status& status) {
     fd.Reset();
     if (!status.ok()) return Finish(status);
-    finished_ = true;
     FromWorker news;
     news.mutable_finished()->mutable_result()->set_encoding(amhex::v1::MESH_ENCODING_ARRAYS);
+    SendVerdict(news);
+  }
+
+  // Nothing comes after it.
+  void SendVerdict(const FromWorker& news) {
+    std::lock_guard<std::mutex> lock(verdict_mutex_);
+    finished_ = true;
     Send(news);
   }
 
@@ -191,7 +207,8 @@ class ScriptedWorker {
 
   FrameChannel channel_{UniqueFd(kWorkerFd)};
   amhex::worker::RunJob order_;
-  bool finished_ = false;
+  std::mutex verdict_mutex_;
+  std::atomic<bool> finished_{true};
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 // What workers' deaths mean, and which jobs run beside which.
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -62,6 +63,28 @@ TEST_F(WorkerSupervisionTest, StoppingDoesNotWaitForAQuarantinedWorker) {
   ASSERT_TRUE(Eventually([&] { return pool_->quarantined_count() == 1; }));
   Stop(absl::ZeroDuration());
   EXPECT_EQ(pool_, nullptr);
+}
+
+TEST_F(WorkerSupervisionTest, FrozenWorkerIsReplacedAndItsJobRunsAgain) {
+  silence_patience_ = absl::Seconds(2);
+  Start();
+  const std::string go = folder_ / "go";
+  const std::string id = Submit("progress 1; until " + go + "; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(id, 1));
+  kill(pool_->pids().at(0), SIGSTOP);
+  ASSERT_TRUE(Eventually([&] { return Get(id).attempt_count() == 2; }, absl::Minutes(1)));
+  std::ofstream(go) << "x";
+  EXPECT_EQ(Finished(id).state(), Job::SUCCEEDED);
+  EXPECT_GE(metrics_->WorkerRestarts("silence").Value(), 1);
+}
+
+TEST_F(WorkerSupervisionTest, WorkerThatSaysNothingNewButLivesKeepsItsJob) {
+  silence_patience_ = absl::Seconds(3);
+  Start();
+  const std::string id = Submit("progress 1; deaf 8000; succeed mesh;");
+  EXPECT_TRUE(Eventually([&] { return IsFinal(Get(id).state()); }, absl::Minutes(1)));
+  EXPECT_EQ(Get(id).state(), Job::SUCCEEDED);
+  EXPECT_EQ(Get(id).attempt_count(), 1);
 }
 
 // Predicts one byte and one second per wanted cell; parameters with an edge length do not tell.

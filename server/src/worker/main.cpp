@@ -1,6 +1,8 @@
 // `amhex-worker`: a child of amhexd that decodes inputs and runs the engine, one job at a time.
 //
 // It finds its socket on descriptor 3 and ends when that socket closes.
+#include <signal.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -34,15 +36,17 @@ struct Desk {
   std::shared_ptr<RunContext> running;
 };
 
-// Listens for orders until amhexd is gone; then ends the process, whatever it is doing.
+// Listens for orders until amhexd is gone; then ends the process, whatever it is doing. Between
+// them shows that the process is not frozen: while a job runs, for an idle worker says nothing.
 void Listen(FrameChannel* channel, Desk* desk) {
   while (true) {
     ToWorker frame;
-    const auto outcome = channel->Receive(&frame, absl::InfiniteDuration());
+    const auto outcome = channel->Receive(&frame, kSignOfLifeInterval);
     if (!outcome.ok()) _exit(EXIT_SUCCESS);
-    if (*outcome != FrameChannel::Outcome::kFrame) continue;
     std::lock_guard<std::mutex> lock(desk->mutex);
-    if (frame.has_run()) {
+    if (*outcome != FrameChannel::Outcome::kFrame) {
+      if (desk->running) channel->Send(FromWorker()).IgnoreError();
+    } else if (frame.has_run()) {
       desk->order = frame.run();
       desk->running = std::make_shared<RunContext>();
       desk->wake.notify_one();
@@ -69,6 +73,8 @@ void RunOrders(FrameChannel* channel, Desk* desk) {
     *news.mutable_finished() = RunJob(order, send, context.get());
     // Whatever came of the job, a lost device is to blame: this attempt is spent, not the job.
     if (IsDeviceLost()) _exit(kDeviceLostExitCode);
+    std::lock_guard<std::mutex> lock(desk->mutex);
+    desk->running.reset();
     send(news);
   }
 }
@@ -85,6 +91,8 @@ int RunWorker(int64_t memory_limit_bytes) {
     std::cerr << "amhex-worker: cannot set the memory limit\n";
     return EXIT_FAILURE;
   }
+  // Also when it is frozen, and cannot see that its socket has closed.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   FrameChannel channel{UniqueFd(kWorkerFd)};
   FromWorker hello;
   hello.mutable_hello()->set_engine_version(EngineVersion());
