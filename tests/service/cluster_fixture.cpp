@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "files.h"
+#include "leftovers.h"
 #include "postgres_job_store.h"
 #include "process_view.h"
 
@@ -78,6 +79,18 @@ void Node::Start() {
     _exit(127);
   }
   ASSERT_TRUE(Eventually([&] { return std::filesystem::exists(ports); }, absl::Minutes(2)));
+  ASSERT_TRUE(Eventually(
+      [&] { return Metric("amhex_workers_ready") == static_cast<double>(options_.worker_count); },
+      absl::Minutes(2)));
+  descriptors_at_start_ = DescriptorKinds(pid_);
+}
+
+void Node::ExpectNothingLeftOver() const {
+  constexpr int kMoreSockets = 12;
+  EXPECT_TRUE(Eventually([&] { return Metric("amhex_watchers") == 0; }, kCleaningPatience));
+  ExpectProcessAsBefore(pid_, static_cast<size_t>(options_.worker_count), descriptors_at_start_,
+                        kMoreSockets);
+  ExpectNothingUnfinished(options_.folder + "/data/nodes/" + options_.name);
 }
 
 void Node::Kill() {
@@ -219,6 +232,11 @@ std::string ClusterTest::SubmitWaiting(int node, const std::string& mesh) {
 
 bool ClusterTest::HasStarted(const std::string& mesh) {
   return Eventually([&] { return ReadWholeFile(folder_ / ("started-" + mesh)).ok(); }, kPatience);
+}
+
+void ClusterTest::ExpectNothingLeftOver(const std::vector<amhex::v1::Job>& jobs) {
+  for (const auto& node : nodes_) node->ExpectNothingLeftOver();
+  ExpectBlobsOfJobsOnly(folder_ / "data/blobs", jobs);
 }
 
 void ClusterTest::LetGo() { ASSERT_TRUE(WriteFileAtomically(folder_ / "go", "go").ok()); }

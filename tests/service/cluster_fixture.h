@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,11 @@ class Node {
   // kill -9 of one of its workers, if it has any.
   void KillWorker() const;
 
+  // Once every job is final and every caller gone: the node holds what it held at its start, and
+  // none of its files is unfinished. Sockets to the database, to the other nodes and to callers
+  // come and go; a handful more are no leak, one per job or fault would be.
+  void ExpectNothingLeftOver() const;
+
   const std::string& address() const { return address_; }
   // For calls that the caller makes itself: shows the token.
   void Introduce(grpc::ClientContext* context) const;
@@ -68,6 +74,7 @@ class Node {
   int metrics_port_ = 0;
   std::string address_;
   pid_t pid_ = 0;
+  std::multiset<std::string> descriptors_at_start_;
   std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
   std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
 };
@@ -99,6 +106,9 @@ class ClusterTest : public ::testing::Test {
   std::string SubmitWaiting(int node, const std::string& mesh);
   bool HasStarted(const std::string& mesh);
   void LetGo();
+
+  // No node has anything left over, and on disk is what these jobs need, and nothing else.
+  void ExpectNothingLeftOver(const std::vector<amhex::v1::Job>& jobs);
 
   const std::string database_ = SharedPostgres().MakeDatabase();
   TemporaryFolder folder_;

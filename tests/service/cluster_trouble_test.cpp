@@ -158,13 +158,16 @@ TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
   for (const auto& [what, count] : hurts_) std::cout << "  " << what << ": " << count << "\n";
   EXPECT_TRUE(AllHasBroken());
   ASSERT_EQ(acknowledged_.size(), kAll);
+  std::vector<Job> jobs;
   for (const auto& [name, mesh] : acknowledged_) {
     Job job;
     ASSERT_TRUE(Eventually([&] { return nodes_[0]->Get(name, &job).ok() && IsFinal(job.state()); }))
         << name << " is " << Job::State_Name(job.state());
     EXPECT_EQ(job.state(), Job::SUCCEEDED) << name << ": " << job.error().message();
     EXPECT_EQ(job.result().mesh().sha256(), Sha256Hex(mesh));
+    jobs.push_back(job);
   }
+  ExpectNothingLeftOver(jobs);
   EXPECT_EQ(Count("SELECT count(*) FROM job"), static_cast<int64_t>(kAll));
   EXPECT_EQ(Count("SELECT count(*) FROM ending"), static_cast<int64_t>(kAll));
   EXPECT_EQ(Count("SELECT count(DISTINCT job_id) FROM ending"), static_cast<int64_t>(kAll));
@@ -212,6 +215,7 @@ TEST_F(TroubleTest, RollingRestartUnderLoadFailsNoCallOfAClient) {
   }
   stopping = true;
   for (std::jthread& thread : threads) thread.join();
+  for (const auto& node : nodes_) node->ExpectNothingLeftOver();
   std::cout << "  jobs done meanwhile: " << done << "\n";
 }
 

@@ -9,13 +9,11 @@
 
 #include "absl/time/time.h"
 #include "daemon_fixture.h"
+#include "leftovers.h"
 
 namespace amhex::server {
 
-constexpr absl::Duration kPatience = absl::Seconds(120);
-
-// The names of all regular files below a folder.
-std::multiset<std::string> FilesIn(const std::string& folder);
+constexpr absl::Duration kPatience = kCleaningPatience;
 
 class FaultTest : public DaemonTest {
  protected:
