@@ -7,7 +7,7 @@
 
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
-#include "errors.h"
+#include "error_reason.h"
 #include "files.h"
 #include "health_client.h"
 #include "job.h"
@@ -157,12 +157,6 @@ class AccessTest : public ::testing::Test {
     blob.set_sha256(Sha256Hex(bytes));
     blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
     return blob;
-  }
-
-  static std::string Reason(const grpc::Status& status) {
-    google::rpc::Status details;
-    EXPECT_TRUE(details.ParseFromString(status.error_details()));
-    return ReasonOf(details);
   }
 
   TemporaryFolder folder_;

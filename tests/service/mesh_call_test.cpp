@@ -7,6 +7,7 @@
 
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
+#include "error_reason.h"
 #include "errors.h"
 #include "job.h"
 #include "job_manager.h"
@@ -91,12 +92,6 @@ class MeshCall {
   std::unique_ptr<grpc::ClientReaderWriter<MeshRequest, MeshResponse>> stream_;
   bool finished_ = false;
 };
-
-std::string Reason(const grpc::Status& status) {
-  google::rpc::Status details;
-  EXPECT_TRUE(details.ParseFromString(status.error_details()));
-  return ReasonOf(details);
-}
 
 MeshRequest Inline(const std::string& script) {
   MeshRequest request;

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "amhex/v1/blob_service.grpc.pb.h"
+#include "error_reason.h"
 #include "errors.h"
 #include "fault_fixture.h"
 #include "files.h"
@@ -165,13 +166,6 @@ class FullDiskTest : public FaultTest {
     grpc::ClientContext context;
     amhex::v1::SubmitJobResponse response;
     return Reason(mesher().SubmitJob(&context, ScriptRequest(script), &response));
-  }
-
- private:
-  static std::string Reason(const grpc::Status& status) {
-    google::rpc::Status details;
-    EXPECT_TRUE(details.ParseFromString(status.error_details()));
-    return ReasonOf(details);
   }
 };
 

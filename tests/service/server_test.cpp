@@ -10,7 +10,7 @@
 
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
-#include "errors.h"
+#include "error_reason.h"
 #include "google/rpc/error_details.pb.h"
 #include "job.h"
 #include "job_manager.h"
@@ -119,12 +119,6 @@ class ServerTest : public ::testing::Test {
   grpc::Status watch_status_;
   grpc::Status read_status_;
 };
-
-std::string Reason(const grpc::Status& status) {
-  google::rpc::Status details;
-  EXPECT_TRUE(details.ParseFromString(status.error_details()));
-  return ReasonOf(details);
-}
 
 std::vector<std::string> BadFields(const grpc::Status& status) {
   google::rpc::Status details;

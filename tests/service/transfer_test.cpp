@@ -11,7 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "daemon_fixture.h"
-#include "errors.h"
+#include "error_reason.h"
 #include "job.h"
 #include "sha256.h"
 
@@ -26,12 +26,6 @@ using amhex::v1::WriteBlobResponse;
 constexpr size_t kChunkBytes = 1 << 20;
 // More than the server takes at a time, and no whole number of chunks.
 constexpr size_t kBlobBytes = 20 * kChunkBytes + 12345;
-
-std::string Reason(const grpc::Status& status) {
-  google::rpc::Status details;
-  EXPECT_TRUE(details.ParseFromString(status.error_details()));
-  return ReasonOf(details);
-}
 
 std::string SomeBytes(size_t size) {
   std::string bytes(size, '\0');
