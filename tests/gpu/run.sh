@@ -21,6 +21,7 @@ program() {  # NAME ARGUMENT...
 device_tests='*CudaParity*:*Backends*'
 # Slow under a sanitizer: one of every kind.
 sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice:*CudaParityOfFields*'
+sanitized_tests+=':*CudaParityOfHullQueries*:*CudaParityOfPlacement.Moves*'
 tools=(memcheck racecheck initcheck)
 run_tests() {
   local log
