@@ -27,6 +27,20 @@ constexpr size_t kChunkBytes = 1 << 20;
 // More than the server takes at a time, and no whole number of chunks.
 constexpr size_t kBlobBytes = 20 * kChunkBytes + 12345;
 
+// The address sanitizer keeps that much of what is freed, to notice its use.
+#if defined(__SANITIZE_ADDRESS__)
+#define AMHEX_HAS_QUARANTINE 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define AMHEX_HAS_QUARANTINE 1
+#endif
+#endif
+#if defined(AMHEX_HAS_QUARANTINE)
+constexpr int64_t kQuarantineBytes = 256 << 20;
+#else
+constexpr int64_t kQuarantineBytes = 0;
+#endif
+
 std::string SomeBytes(size_t size) {
   std::string bytes(size, '\0');
   uint32_t state = 1;
@@ -182,7 +196,7 @@ TEST_F(TransferTest, EightParallelDownloadsOfHalfAGigabyteStayWithinConstantMemo
   constexpr int kClients = 8;
   // Two chunks that are read and sent, what HTTP/2 lets be under way, and room to breathe.
   constexpr int64_t kPerClient = 8 << 20;
-  constexpr int64_t kOnce = 32 << 20;
+  constexpr int64_t kOnce = (32 << 20) + kQuarantineBytes;
   const std::string name = Submit(absl::StrCat("hollow ", kResultBytes, ";"));
   ASSERT_TRUE(Reaches(name, Job::SUCCEEDED)) << Get(name).ShortDebugString();
   const std::string sha256 = Get(name).result().mesh().sha256();
@@ -215,7 +229,7 @@ TEST_F(TransferTest, EightParallelDownloadsOfHalfAGigabyteStayWithinConstantMemo
 TEST_F(TransferTest, ClientsThatDoNotReadCostNoMoreThanWhatIsUnderWay) {
   constexpr int kClients = 8;
   constexpr int64_t kPerClient = 8 << 20;
-  constexpr int64_t kOnce = 32 << 20;
+  constexpr int64_t kOnce = (32 << 20) + kQuarantineBytes;
   const std::string name = Submit(absl::StrCat("hollow ", 150'000'000, ";"));
   ASSERT_TRUE(Reaches(name, Job::SUCCEEDED)) << Get(name).ShortDebugString();
   const int64_t before = PeakMemoryOfServer();
