@@ -159,7 +159,9 @@ TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
   EXPECT_TRUE(AllHasBroken());
   ASSERT_EQ(acknowledged_.size(), kAll);
   std::vector<Job> jobs;
-  for (const auto& [name, mesh] : acknowledged_) {
+  for (const auto& acknowledged : acknowledged_) {
+    const auto& name = acknowledged.first;
+    const auto& mesh = acknowledged.second;
     Job job;
     ASSERT_TRUE(Eventually([&] { return nodes_[0]->Get(name, &job).ok() && IsFinal(job.state()); }))
         << name << " is " << Job::State_Name(job.state());

@@ -44,9 +44,9 @@ class StageFaultTest : public FaultTest {
   }
 
   void AwaitStages(const std::map<Stage, std::string>& jobs) {
-    for (const auto& [stage, name] : jobs) {
-      EXPECT_TRUE(Eventually([&] { return Get(name).progress().stage() == stage; }, kPatience))
-          << Stage_Name(stage);
+    for (const auto& job : jobs) {
+      const auto is_there = [&] { return Get(job.second).progress().stage() == job.first; };
+      EXPECT_TRUE(Eventually(is_there, kPatience)) << Stage_Name(job.first);
     }
   }
 
