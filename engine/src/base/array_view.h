@@ -21,6 +21,10 @@ struct ArrayView {
   AMHEX_HD bool empty() const { return size == 0; }
 };
 
+// C++20 deduces this by itself, clang 14 does not.
+template <class T>
+ArrayView(T* data, int64_t size) -> ArrayView<T>;
+
 // The same elements, read-only.
 template <class T>
 ArrayView<const T> ReadOnly(ArrayView<T> view) {
