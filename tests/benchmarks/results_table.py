@@ -55,7 +55,6 @@ DEFAULT_MODELS = [
     "bunny_tet.mesh@subdivide",
     "twistcube.obj:1300@paper",
     "cylinder.obj:1670@paper",
-    "fandisk.obj:9500@paper",
 ]
 
 # Sites on a grid, 150 iterations on 12^3 lattice points per site, the search of section 5.2 alone.

@@ -44,7 +44,7 @@ SegmentQueries BoundaryEdges(const std::vector<BoundaryFace>& boundary,
     for (int j = 0; j < face.count; ++j) {
       const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
       // Every boundary edge has two faces that run it opposite ways.
-      if (a < b) segments.emplace_back(vertices[a], vertices[b]);
+      if (a < b) segments.push_back({vertices[a], vertices[b]});
     }
   }
   return SegmentQueries(std::move(segments));
