@@ -14,6 +14,7 @@ constexpr size_t kMagicBytes = 5;
 constexpr uint8_t kPointCloudType = 0;
 constexpr uint8_t kMeshType = 1;
 constexpr uint8_t kMeshSequential = 0;
+constexpr uint8_t kKdTreePointCloud = 1;
 constexpr uint8_t kMeshEdgebreaker = 1;
 constexpr uint8_t kMaxPointCloudMethod = 1;  // 0 sequential, 1 kd-tree
 constexpr uint16_t kMetadataFlag = 0x8000;
@@ -155,6 +156,11 @@ absl::StatusOr<uint32_t> Count(const FileHeader& file, int varint_since, Reader*
 
 absl::StatusOr<DracoHeader> ReadPointCloud(const FileHeader& file, Reader* reader) {
   if (file.method > kMaxPointCloudMethod) return Malformed("its method is not known");
+  // Before this version the tree's own number of points, which nothing bounds, decides how much
+  // memory the decoder takes.
+  if (file.method == kKdTreePointCloud && file.version < Version(2, 3)) {
+    return Malformed("it is a kd-tree of points from before version 2.3; encode it anew");
+  }
   DracoHeader header;
   AMHEX_ASSIGN_OR_RETURN(const uint32_t point_count, reader->Fixed(4));
   if (point_count > INT32_MAX) return Malformed("its number of points is negative");

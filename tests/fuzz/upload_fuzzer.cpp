@@ -175,8 +175,10 @@ class Run {
                                   grpc::Slice(bytes.substr(half))};
     ReceivedChunk chunk;
     chunk.buffer = grpc::ByteBuffer(slices, 2);
-    Expect(ParseChunk(&chunk).ok() == is_request);
+    const bool is_chunk = ParseChunk(&chunk).ok();
+    // The stream that chunks are read from takes tags of more bytes than protobuf's own parser.
     if (!is_request) return;
+    Expect(is_chunk);
     std::string data;
     for (const std::string_view piece : chunk.data) data += piece;
     Expect(data == request.data() && chunk.offset == request.offset());

@@ -84,6 +84,15 @@ TEST(DracoPreflight, AbsurdCountsInSmallFilesAreTooLarge) {
   }
 }
 
+TEST(DracoPreflight, KdTreesWhoseOwnCountNothingBoundsAreMalformed) {
+  const auto cloud = [](int major, int minor) {
+    return DracoFileHeader(major, minor, kCloud, 1) + LittleEndian(65, 4) + std::string(40, '\1');
+  };
+  EXPECT_EQ(Refusal(cloud(2, 2)), "INPUT_MALFORMED");
+  EXPECT_EQ(Refusal(cloud(1, 127)), "INPUT_MALFORMED");
+  EXPECT_TRUE(PreflightDraco(Whole(cloud(2, 3)), Limits()).ok());
+}
+
 TEST(DracoPreflight, NegativeCountIsMalformed) {
   EXPECT_EQ(Refusal(SequentialCloud(0x80000000u)), "INPUT_MALFORMED");
 }
