@@ -7,25 +7,17 @@
 #include "closure/cavities.h"
 #include "closure/hull_patch.h"
 #include "closure/prepare_cavities.h"
-#include "fixtures/solids.h"
 #include "support/grid_complex.h"
-#include "support/hull_of_mesh.h"
+#include "support/grid_hull.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridHull;
 using testing_support::GridSize;
 
 constexpr GridSize kSize{8, 8, 8};
-
-Hull BoxHull(const GridSize& n) {
-  TriangleMesh box = fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 1.0);
-  Box3d bounds;
-  for (const Vec3d& p : box.vertices) bounds.Extend(p);
-  for (Vec3d& p : box.vertices) p -= bounds.low;
-  return testing_support::HullOfMesh(box);
-}
 
 // One connected void, far too long for one star: a random walk through the inside of the grid.
 WorkingMesh GridWithTunnel(unsigned seed) {
@@ -50,7 +42,7 @@ double Volume(const WorkingMesh& mesh) {
 }
 
 TEST(CarveCavities, LeavesAMeshWithoutOpenFacesAlone) {
-  const Hull hull = BoxHull(kSize);
+  const Hull hull = GridHull(kSize, 1.0);
   WorkingMesh mesh(GridComplex(kSize));
   CarveMemory memory;
   RunContext run;
@@ -59,7 +51,7 @@ TEST(CarveCavities, LeavesAMeshWithoutOpenFacesAlone) {
 }
 
 TEST(CarveCavities, EveryRoundLeavesFewerFacesOpenAndOnlyGoodCells) {
-  const Hull hull = BoxHull(kSize);
+  const Hull hull = GridHull(kSize, 1.0);
   const CarveLimits limits{0.1, 8.0, 3};
   for (unsigned seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
@@ -85,7 +77,7 @@ TEST(CarveCavities, EveryRoundLeavesFewerFacesOpenAndOnlyGoodCells) {
 }
 
 TEST(CarveCavities, IsTheSameEveryTime) {
-  const Hull hull = BoxHull(kSize);
+  const Hull hull = GridHull(kSize, 1.0);
   WorkingMesh a = GridWithTunnel(3), b = GridWithTunnel(3);
   CarveMemory memory_a, memory_b;
   RunContext run;
@@ -96,7 +88,7 @@ TEST(CarveCavities, IsTheSameEveryTime) {
 }
 
 TEST(CarveCavities, DoesNothingOnceTheRunIsToStop) {
-  const Hull hull = BoxHull(kSize);
+  const Hull hull = GridHull(kSize, 1.0);
   WorkingMesh mesh = GridWithTunnel(1);
   const size_t open = mesh.OpenFaces().size();
   CarveMemory memory;
@@ -107,7 +99,7 @@ TEST(CarveCavities, DoesNothingOnceTheRunIsToStop) {
 }
 
 TEST(DeclareHullFaces, TakesOpenFacesOnTheHullAndNoOthers) {
-  const Hull hull = BoxHull({3, 3, 3});
+  const Hull hull = GridHull({3, 3, 3}, 1.0);
   WorkingMesh mesh(GridComplex({3, 3, 3}));
   mesh.RemoveCell(13);  // the middle
   CellFace bottom;
@@ -122,7 +114,7 @@ TEST(DeclareHullFaces, TakesOpenFacesOnTheHullAndNoOthers) {
 }
 
 TEST(FollowsHull, IsTrueOfFacesAlongTheHullOnly) {
-  const Hull hull = BoxHull({2, 2, 2});
+  const Hull hull = GridHull({2, 2, 2}, 1.0);
   const std::vector<Vec3d> x = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 1, 2}};
   EXPECT_TRUE(FollowsHull(hull, {4, {0, 1, 2, 3}}, x));   // looks up, into the box
   EXPECT_FALSE(FollowsHull(hull, {4, {3, 2, 1, 0}}, x));  // looks out of it

@@ -11,26 +11,18 @@
 #include "closure/improve_closure.h"
 #include "closure/star_geometry.h"
 #include "closure/working_mesh.h"
-#include "fixtures/solids.h"
 #include "optimize/cell_quality.h"
 #include "support/grid_complex.h"
-#include "support/hull_of_mesh.h"
+#include "support/grid_hull.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridHull;
 using testing_support::GridSize;
 
 // The box [0, n] as a hull in the grid's own units.
-Hull BoxHull(const GridSize& n) {
-  TriangleMesh box = fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 1.0);
-  Box3d bounds;
-  for (const Vec3d& p : box.vertices) bounds.Extend(p);
-  for (Vec3d& p : box.vertices) p -= bounds.low;
-  return testing_support::HullOfMesh(box);
-}
-
 double Volume(const CellComplex& complex) {
   double volume = 0;
   for (const CellCorners& cell : complex.cells) volume += CellVolume(cell, complex.vertices);
@@ -154,14 +146,14 @@ TEST(Star, KernelOfACubeIsItsCentre) {
 TEST(CloseComplex, AFinishedGridComesBackUnchanged) {
   const GridSize n{4, 3, 2};
   RunContext run;
-  const auto closed = CloseComplex(GridComplex(n), BoxHull(n), {}, run);
+  const auto closed = CloseComplex(GridComplex(n), GridHull(n, 1.0), {}, run);
   ASSERT_TRUE(closed.ok()) << closed.status();
   EXPECT_EQ(closed->cells.size(), 24u);
 }
 
 TEST(CloseComplex, LeavesNoOpenFaceOnHundredsOfRandomHoles) {
   const GridSize n{6, 6, 6};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 1.0);
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     RunContext run;
@@ -178,7 +170,7 @@ TEST(CloseComplex, LeavesNoOpenFaceOnHundredsOfRandomHoles) {
 
 TEST(CloseComplex, ShakenVerticesStillClose) {
   const GridSize n{5, 5, 5};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 1.0);
   for (unsigned seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
     CellComplex grid = GridComplex(n);
@@ -200,13 +192,13 @@ TEST(CloseComplex, StopsWhenAsked) {
   const GridSize n{4, 4, 4};
   RunContext run;
   run.RequestStop();
-  const auto closed = CloseComplex(WithHoles(GridComplex(n), 0.2, 3), BoxHull(n), {}, run);
+  const auto closed = CloseComplex(WithHoles(GridComplex(n), 0.2, 3), GridHull(n, 1.0), {}, run);
   EXPECT_EQ(closed.status().code(), absl::StatusCode::kCancelled);
 }
 
 TEST(CloseComplex, IsTheSameEveryTime) {
   const GridSize n{5, 5, 5};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 1.0);
   RunContext first, second;
   const auto a = CloseComplex(WithHoles(GridComplex(n), 0.15, 9), hull, {}, first);
   const auto b = CloseComplex(WithHoles(GridComplex(n), 0.15, 9), hull, {}, second);
@@ -217,7 +209,7 @@ TEST(CloseComplex, IsTheSameEveryTime) {
 
 TEST(ExtrudeToHull, RestoresAMissingLayerAsHexahedra) {
   const GridSize n{4, 4, 4};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 1.0);
   WorkingMesh mesh(GridComplex(n));
   for (int cell = 0; cell < 16; ++cell) mesh.RemoveCell(cell);  // the whole bottom layer
   EXPECT_EQ(ExtrudeToHull(hull, &mesh), 16);
@@ -234,12 +226,12 @@ TEST(BoundaryDefects, CubesThatTouchAtAnEdgeAreFound) {
   mesh.RemoveCell(0);
   mesh.RemoveCell(3);
   for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
-  EXPECT_FALSE(FindBoundaryDefects(mesh, BoxHull(n)).empty());
+  EXPECT_FALSE(FindBoundaryDefects(mesh, GridHull(n, 1.0)).empty());
 }
 
 TEST(RepairCells, NeverLeavesAClosedComplexOpen) {
   const GridSize n{5, 5, 5};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 1.0);
   RunContext run;
   const auto closed = CloseComplex(WithHoles(GridComplex(n), 0.15, 4), hull, {}, run);
   ASSERT_TRUE(closed.ok());

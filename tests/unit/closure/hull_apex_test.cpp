@@ -7,21 +7,16 @@
 #include "closure/cavities.h"
 #include "closure/close_complex.h"
 #include "closure/star_geometry.h"
-#include "fixtures/solids.h"
 #include "optimize/cell_quality.h"
 #include "support/grid_complex.h"
-#include "support/hull_of_mesh.h"
+#include "support/grid_hull.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridHull;
 using testing_support::GridSize;
-
-Hull BoxHull(const GridSize& n) {
-  return testing_support::HullOfMesh(
-      fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 0.5));
-}
 
 // A grid without the cells whose centres lie in the box.
 CellComplex GridWithout(const GridSize& n, const Vec3d& low, const Vec3d& high) {
@@ -57,7 +52,7 @@ Bowl MakeBowl() {
 
 TEST(HullApex, IsTheBestPointOfTheHullOverABowl) {
   const Bowl bowl = MakeBowl();
-  const Hull hull = BoxHull({4, 4, 3});
+  const Hull hull = GridHull({4, 4, 3}, 0.5);
   const auto apex = FindHullApex(bowl.mesh, hull, bowl.walls, bowl.loop, {1.7, 2.2, 2.5});
   ASSERT_TRUE(apex.has_value());
   EXPECT_NEAR(apex->point.z, 3, 1e-9);
@@ -74,7 +69,7 @@ TEST(HullApex, IsTheBestPointOfTheHullOverABowl) {
 
 TEST(HullApex, IsRefusedWhereTheLoopRunsTheOtherWay) {
   Bowl bowl = MakeBowl();
-  const Hull hull = BoxHull({4, 4, 3});
+  const Hull hull = GridHull({4, 4, 3}, 0.5);
   std::reverse(bowl.loop.begin(), bowl.loop.end());
   EXPECT_FALSE(FindHullApex(bowl.mesh, hull, bowl.walls, bowl.loop, {2, 2, 2.5}).has_value());
 }
@@ -86,13 +81,13 @@ TEST(HullApex, IsRefusedWhereTheHullCannotSeeTheWalls) {
   walls.pop_back();
   const auto loops = BoundaryLoops(walls);
   ASSERT_EQ(loops.size(), 1u);
-  const Hull hull = BoxHull({7, 7, 7});
+  const Hull hull = GridHull({7, 7, 7}, 0.5);
   EXPECT_FALSE(FindHullApex(mesh, hull, walls, loops[0], {3.5, 3.5, 3.5}).has_value());
 }
 
 TEST(HullApex, ClosesABowlWithOneCellPerWall) {
   const CellComplex open = GridWithout({4, 4, 3}, {1, 1, 2}, {3, 3, 3});
-  const Hull hull = BoxHull({4, 4, 3});
+  const Hull hull = GridHull({4, 4, 3}, 0.5);
   RunContext run;
   const auto closed = CloseComplex(open, hull, MeshingParams{}, run);
   ASSERT_TRUE(closed.ok()) << closed.status().ToString();

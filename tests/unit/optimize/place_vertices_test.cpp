@@ -15,20 +15,18 @@
 #include "output/mesh_statistics.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"
+#include "support/grid_hull.h"
 #include "support/hull_of_mesh.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::HullOfMesh;
 using testing_support::MeshOf;
 using testing_support::Shake;
-
-Hull BoxHull(const GridSize& n) {
-  return HullOfMesh(fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 0.5));
-}
 
 CellComplex Placed(const CellComplex& complex, const Hull& hull) {
   RunContext run;
@@ -41,7 +39,7 @@ TEST(PlaceVertices, MakesAShakenGridFillItsBoxExactly) {
   const GridSize n{5, 4, 6};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.2);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const AtMostHexaMesh mesh = MeshOf(Placed(complex, hull));
   const ValidationReport report = ValidateMesh(mesh);
   EXPECT_TRUE(report.valid()) << report.Summary();
@@ -55,7 +53,7 @@ TEST(PlaceVertices, MakesAShakenGridFillItsBoxExactly) {
 TEST(PlaceVertices, LeavesAPerfectGridAsItIs) {
   const GridSize n{4, 3, 2};
   const CellComplex complex = GridComplex(n);
-  const CellComplex placed = Placed(complex, BoxHull(n));
+  const CellComplex placed = Placed(complex, GridHull(n, 0.5));
   for (size_t v = 0; v < complex.vertices.size(); ++v) {
     EXPECT_NEAR(Norm(placed.vertices[v] - complex.vertices[v]), 0, 1e-9);
   }
@@ -66,7 +64,7 @@ TEST(PlaceVertices, GivesTheSameBitsAtAnyThreadCount) {
   const GridSize n{9, 9, 9};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.25);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   std::vector<CellComplex> results;
   for (const size_t threads : {1, 2, 7}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -103,7 +101,7 @@ TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHul
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.25);
   for (Vec3d& p : complex.vertices) p = p + Vec3d{0.5, 0.5, 0.5};
-  const Hull hull = BoxHull({6, 6, 6});
+  const Hull hull = GridHull({6, 6, 6}, 0.5);
   const QualitySummary before = SummarizeQuality(complex);
   RunContext run;
   const HullFeatures features(hull);
@@ -126,7 +124,7 @@ TEST(PlacePart, MovesOnlyTheVerticesThatAreNotFixed) {
   const GridSize n{6, 5, 5};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.25);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   std::vector<uint8_t> fixed;
   for (const Vec3d& p : complex.vertices) fixed.push_back(p.x < 2.5 ? 1 : 0);
   const RunContext run;
@@ -148,7 +146,7 @@ TEST(PlaceVertices, StopsWhenAsked) {
   const GridSize n{4, 4, 4};
   RunContext run;
   run.RequestStop();
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const auto placed = PlaceVertices(GridComplex(n), HullFeatures(hull), run);
   EXPECT_EQ(placed.status().code(), absl::StatusCode::kCancelled);
 }
@@ -158,7 +156,7 @@ TEST(PlaceVertices, RefusesCellsOutsideFigure2) {
   CellComplex complex = GridComplex(n);
   complex.cells[3][0] = complex.cells[3][6];
   RunContext run;
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const auto placed = PlaceVertices(complex, HullFeatures(hull), run);
   EXPECT_EQ(placed.status().code(), absl::StatusCode::kInternal);
 }
@@ -183,7 +181,7 @@ TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
   const GridSize n{5, 4, 4};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.3);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
   const RunContext run;
@@ -201,7 +199,7 @@ TEST(SweepQuality, NeverLowersTheMinimum) {
   const GridSize n{6, 5, 4};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.3);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
   const RunContext run;
@@ -228,7 +226,7 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   const GridSize n{4, 4, 4};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.25);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
   const RunContext run;
@@ -263,7 +261,7 @@ TEST(Constraints, GiveEveryCornerOneVertexAndEveryEdgeAChain) {
   const GridSize n{5, 4, 3};
   CellComplex complex = GridComplex(n);
   Shake(complex, 0.2);
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   ASSERT_EQ(features.corners().size(), 8u);
   ASSERT_EQ(features.patch_count(), 6);

@@ -9,22 +9,17 @@
 
 #include "closure/close_complex.h"
 #include "closure/working_mesh.h"
-#include "fixtures/solids.h"
 #include "optimize/raise_quality.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"
-#include "support/hull_of_mesh.h"
+#include "support/grid_hull.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridHull;
 using testing_support::GridSize;
-
-Hull BoxHull(const GridSize& n) {
-  return testing_support::HullOfMesh(
-      fixtures::MakeBox({double(n.nx), double(n.ny), double(n.nz)}, 0.5));
-}
 
 CellComplex Refilled(const CellComplex& complex, const Hull& hull) {
   const RunContext run;
@@ -57,13 +52,13 @@ TEST(RefillPlaces, LeavesAMeshWithoutPoorCellsAsItIs) {
   const GridSize n{4, 4, 4};
   CellComplex complex = GridComplex(n);
   testing_support::Shake(complex, 0.1);
-  const CellComplex refilled = Refilled(complex, BoxHull(n));
+  const CellComplex refilled = Refilled(complex, GridHull(n, 0.5));
   EXPECT_EQ(refilled.cells, complex.cells);
   EXPECT_EQ(refilled.vertices, complex.vertices);
 }
 
 TEST(RefillPlaces, OfNothingIsNothing) {
-  EXPECT_TRUE(Refilled(CellComplex{}, BoxHull({1, 1, 1})).cells.empty());
+  EXPECT_TRUE(Refilled(CellComplex{}, GridHull({1, 1, 1}, 0.5)).cells.empty());
 }
 
 TEST(RefillPlaces, MendsAPoorPlaceAndMovesNothingFarFromIt) {
@@ -71,7 +66,7 @@ TEST(RefillPlaces, MendsAPoorPlaceAndMovesNothingFarFromIt) {
   const Vec3d place{2.5, 2.5, 2.5};
   const CellComplex complex = WithPoorStars(n, {place});
   ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
-  const CellComplex refilled = Refilled(complex, BoxHull(n));
+  const CellComplex refilled = Refilled(complex, GridHull(n, 0.5));
   EXPECT_GT(SummarizeQuality(refilled).minimum, 0.28);
   const ValidationReport report = ValidateMesh(testing_support::MeshOf(refilled));
   EXPECT_TRUE(report.valid()) << report.Summary();
@@ -85,7 +80,7 @@ TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
   const GridSize n{24, 6, 6};
   const CellComplex complex =
       WithPoorStars(n, {{2.5, 2.5, 2.5}, {6.5, 3.5, 2.5}, {12.5, 0.5, 0.5}, {21.5, 2.5, 5.5}});
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   std::vector<CellComplex> results;
   for (const size_t threads : {1, 2, 7}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -101,7 +96,7 @@ TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
 
 TEST(RefillPlaces, NeverLowersTheMinimumNorOpensAMesh) {
   const GridSize n{5, 4, 4};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   RunContext run;
   int poor = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -123,7 +118,7 @@ TEST(RefillPlaces, NeverLowersTheMinimumNorOpensAMesh) {
 
 TEST(RefillPlaces, StopsWhenAsked) {
   const GridSize n{6, 6, 6};
-  const Hull hull = BoxHull(n);
+  const Hull hull = GridHull(n, 0.5);
   RunContext run;
   run.RequestStop();
   const auto refilled = RefillPlaces(WithPoorStars(n, {{2.5, 2.5, 2.5}}), hull, HullFeatures(hull),
