@@ -72,9 +72,8 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                          AssembleTrials(hull, samples, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(std::vector<ClosedTrial> closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
-  AMHEX_ASSIGN_OR_RETURN(
-      const PlacedTrial placed,
-      PlaceBestTrial(assembled.complexes, std::move(closed), hull, plan, params, run));
+  AMHEX_ASSIGN_OR_RETURN(const PlacedTrial placed,
+                         PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
                            ReportCells(placed.complex, run);  // the last trial need not be the best
                            const StopPoll poll(run);

@@ -1,6 +1,11 @@
 #include "trials.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
+#include <cstdint>
+#include <mutex>
+#include <numeric>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -15,7 +20,10 @@
 #include "input/site_grid.h"
 #include "optimize/improve_mesh.h"
 #include "optimize/raise_quality.h"
+#include "optimize/refill_places.h"
+#include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
+#include "output/mesh_statistics.h"
 #include "output/validate.h"
 #include "relax/relaxation.h"
 #include "stage.h"
@@ -30,14 +38,24 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{4e3, 10}, {2e4, 3}};
-// Placing costs most: from so many trials on, a second one is placed if the first is poor.
-constexpr int kTrialsForSecondPlacing = 4;
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 3}};
+constexpr int kLeastClosed = 2;  // where several are started
+// Closing takes time for every open face, placing for every cell that is no hexahedron: once those
+// of the trials that have had their turn, and of the next one, are more, no further one has it.
+constexpr int64_t kMostOpenFacesClosed = 600;
+constexpr int64_t kMostOthersPlaced = 400;
 
-// A mesh whose worst cell is this good ends the search. Below, each tenth counts as much as five
-// hundredths of the average.
+// Less loss than this ends the search among the placed ones.
+constexpr double kGoodLoss = 0.02;
+// Below this minimum, each tenth counts as much as five hundredths of the average.
 constexpr double kGoodMinimum = 0.3;
+// What refilling is expected to make good: it raises most minima above this to the former.
+constexpr double kMendableMinimum = 0.2;
 constexpr double kMinimumWeight = 0.5;
+// Beyond this distance between input and mesh, edge lengths, each tenth counts as much as half a
+// hundredth of the average.
+constexpr double kGoodDistance = 1.0 / 6;
+constexpr double kDistanceWeight = 0.05;
 
 // What comes next is one of `count` equal parts of the stage.
 void SetPart(size_t index, size_t count, RunContext& run) {
@@ -64,32 +82,105 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
-// What all trials are placed with.
-struct Placing {
-  const Hull& hull;
-  const MeshingParams& params;
-  DeviceUse& device;
-};
-
-absl::StatusOr<CellComplex> ImproveUntilValid(const CellComplex& assembled, CellComplex closed,
-                                              const Placing& placing, RunContext& run) {
-  const Hull& hull = placing.hull;
-  const MeshingParams& params = placing.params;
+// A placed trial with its poor places refilled.
+absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
+                                             const Improvement& with, RunContext& run) {
   for (int attempt = 1;; ++attempt) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex improved,
-                           ImproveMesh(std::move(closed), hull, params, run, &placing.device));
-    if (attempt == kMaxFillings) return improved;
+    AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
+                           RefillPlaces(placed, with.hull, with.features, with.params, run));
+    if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
-    if (ValidateMesh(FinalizeMesh(improved, hull.frame, poll), poll).valid()) return improved;
-    AMHEX_ASSIGN_OR_RETURN(closed, CloseComplex(assembled, hull, params, run, attempt));
+    if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll).valid()) return refilled;
+    AMHEX_ASSIGN_OR_RETURN(placed, CloseComplex(assembled, with.hull, with.params, run, attempt));
+    AMHEX_ASSIGN_OR_RETURN(placed, ImproveMesh(std::move(placed), with, run));
   }
 }
 
-// Less is better.
-double LossOf(const CellComplex& placed, const Hull& hull, double minimum) {
+// Less is better. A mesh that leaves out the tip of a wedge has better cells than one that reaches
+// into it, so distances count as well.
+double LossOf(const CellComplex& placed, const Hull& hull, double good_minimum,
+              const StopPoll& poll) {
   const QualitySummary quality = SummarizeQuality(placed);
-  return 1 - quality.average + kMinimumWeight * std::max(0.0, kGoodMinimum - minimum) +
+  const MeshStatistics measured = MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll);
+  const double distance = std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) *
+                          hull.box.Diagonal();  // edge lengths
+  return 1 - quality.average + kMinimumWeight * std::max(0.0, good_minimum - quality.minimum) +
+         kDistanceWeight * std::max(0.0, distance - kGoodDistance) +
          DeviationLoss(static_cast<double>(placed.cells.size()), hull);
+}
+
+int64_t CountOthers(const CellComplex& complex) {
+  const CellCounts counts = CountCells(complex);
+  return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
+         counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
+}
+
+struct PlacedCandidate {
+  size_t assembly = 0;
+  CellComplex complex;
+  double loss = 0;
+};
+
+// Of the closed trials, best first, those that are worth placing, least loss first.
+absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial> closed,
+                                                             const Improvement& with,
+                                                             RunContext& run) {
+  std::vector<PlacedCandidate> placed;
+  int64_t others = closed.empty() ? 0 : CountOthers(closed.front().complex);
+  for (size_t i = 0; i < closed.size(); ++i) {
+    SetPart(i, closed.size(), run);
+    AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
+                           ImproveMesh(std::move(closed[i].complex), with, run));
+    placed.push_back({closed[i].assembly, std::move(complex)});
+    if (i + 1 < closed.size()) others += CountOthers(closed[i + 1].complex);
+    const bool is_last = i + 1 == closed.size() || others > kMostOthersPlaced;
+    if (is_last && i == 0) break;  // nothing to choose from
+    PlacedCandidate& newest = placed.back();
+    newest.loss = LossOf(newest.complex, with.hull, kMendableMinimum, StopPoll(run));
+    if (is_last || newest.loss < kGoodLoss) break;
+  }
+  std::stable_sort(
+      placed.begin(), placed.end(),
+      [](const PlacedCandidate& a, const PlacedCandidate& b) { return a.loss < b.loss; });
+  return placed;
+}
+
+// How many of the ranked trials are closed.
+size_t CountToClose(const std::vector<RankedComplex>& ranked, const TrialPlan& plan) {
+  size_t count = 0;
+  int64_t open_faces = 0;
+  for (const RankedComplex& next : ranked) {
+    open_faces += next.open_faces;
+    if (count >= static_cast<size_t>(plan.closed) && open_faces > kMostOpenFacesClosed) break;
+    ++count;
+  }
+  return count;
+}
+
+// The first `count` of the ranked ones, in their order. Several are closed side by side, and a
+// watcher then sees whole trials.
+std::vector<absl::StatusOr<CellComplex>> CloseFirst(const std::vector<const CellComplex*>& first,
+                                                    const Hull& hull, const MeshingParams& params,
+                                                    RunContext& run) {
+  std::vector<absl::StatusOr<CellComplex>> closed(first.size());
+  if (first.size() == 1) {
+    closed[0] = CloseComplex(*first[0], hull, params, run);
+    return closed;
+  }
+  std::mutex mutex;  // of the report
+  size_t done = 0;
+  oneapi::tbb::parallel_for(size_t{0}, first.size(), [&](size_t i) {
+    closed[i] = CloseUnwatched(*first[i], hull, params, run);
+    const CellComplex& cells = closed[i].ok() ? *closed[i] : *first[i];
+    const CellCounts counts = CountCells(cells);
+    const std::lock_guard lock(mutex);
+    Progress progress = run.progress();
+    progress.cell_count = static_cast<int64_t>(cells.cells.size());
+    progress.cells_by_type = counts;
+    progress.stage_fraction = static_cast<double>(++done) / static_cast<double>(first.size());
+    run.Report(progress);
+  });
+  return closed;
 }
 
 absl::StatusOr<std::vector<Sites>> Populate(const Hull& hull, const HullSamples& samples,
@@ -130,8 +221,7 @@ int CountOfTrials(double cell_count, const MeshingParams& params) {
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
   TrialPlan plan;
   plan.started = CountOfTrials(hull.volume, params);
-  plan.closed = (plan.started + 1) / 2;
-  plan.placed = plan.started >= kTrialsForSecondPlacing ? 2 : 1;
+  plan.closed = std::min(plan.started, kLeastClosed);
   return plan;
 }
 
@@ -168,50 +258,61 @@ absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellCompl
                                                      const Hull& hull, const TrialPlan& plan,
                                                      const MeshingParams& params, RunContext& run) {
   return GuardStage(run, Stage::kClose, [&]() -> absl::StatusOr<std::vector<ClosedTrial>> {
-    AMHEX_ASSIGN_OR_RETURN(const std::vector<size_t> order, RankComplexes(assemblies, hull, run));
+    AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> ranked,
+                           RankComplexes(assemblies, hull, run));
     std::vector<size_t> sources;
     std::vector<CellComplex> complexes;
     absl::Status first_error;
-    for (const size_t i : order) {
-      if (complexes.size() == static_cast<size_t>(plan.closed)) break;
-      SetPart(complexes.size(), static_cast<size_t>(plan.closed), run);
-      absl::StatusOr<CellComplex> closed = CloseComplex(assemblies[i], hull, params, run);
+    size_t count = CountToClose(ranked, plan);
+    for (size_t begin = 0; begin < ranked.size() && complexes.empty(); begin += count, count = 1) {
+      std::vector<const CellComplex*> chosen;
+      for (size_t i = begin; i < begin + count; ++i) chosen.push_back(&assemblies[ranked[i].index]);
+      std::vector<absl::StatusOr<CellComplex>> closed = CloseFirst(chosen, hull, params, run);
       if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
-      first_error.Update(closed.status());
-      if (!closed.ok()) continue;
-      sources.push_back(i);
-      complexes.push_back(*std::move(closed));
+      for (size_t i = 0; i < count; ++i) {
+        first_error.Update(closed[i].status());
+        if (!closed[i].ok()) continue;
+        sources.push_back(ranked[begin + i].index);
+        complexes.push_back(*std::move(closed[i]));
+      }
     }
     if (complexes.empty()) return first_error;
-    AMHEX_ASSIGN_OR_RETURN(const std::vector<size_t> best, RankComplexes(complexes, hull, run));
+    AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> best,
+                           RankComplexes(complexes, hull, run));
     std::vector<ClosedTrial> trials;
-    for (const size_t i : best) trials.push_back({sources[i], std::move(complexes[i])});
+    for (const RankedComplex& next : best) {
+      trials.push_back({sources[next.index], std::move(complexes[next.index])});
+    }
     return trials;
   });
 }
 
 absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
                                            std::vector<ClosedTrial> closed, const Hull& hull,
-                                           const TrialPlan& plan, const MeshingParams& params,
-                                           RunContext& run) {
+                                           const MeshingParams& params, RunContext& run) {
   return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
     AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
-    const Placing placing{hull, params, device};
+    const HullFeatures features(hull, StopPoll(run));
+    const Improvement with{hull, features, params, &device};
+    AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed,
+                           PlaceCandidates(std::move(closed), with, run));
     std::optional<CellComplex> best;
     double least = 0;
-    const size_t count = std::min(closed.size(), static_cast<size_t>(plan.placed));
-    for (size_t i = 0; i < count; ++i) {
-      SetPart(i, count, run);
-      AMHEX_ASSIGN_OR_RETURN(CellComplex placed,
-                             ImproveUntilValid(assemblies[closed[i].assembly],
-                                               std::move(closed[i].complex), placing, run));
-      const double minimum = SummarizeQuality(placed).minimum;
-      const double loss = LossOf(placed, hull, minimum);
+    for (PlacedCandidate& candidate : placed) {
+      AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
+                             RefillUntilValid(assemblies[candidate.assembly],
+                                              std::move(candidate.complex), with, run));
+      const bool is_good = SummarizeQuality(refilled).minimum >= params.assembly.min_quality;
+      if (!best.has_value() && (is_good || placed.size() == 1)) {
+        best = std::move(refilled);
+        break;
+      }
+      const double loss = LossOf(refilled, hull, kGoodMinimum, StopPoll(run));
       if (!best.has_value() || loss < least) {
-        best = std::move(placed);
+        best = std::move(refilled);
         least = loss;
       }
-      if (minimum >= kGoodMinimum) break;
+      if (is_good) break;
     }
     return PlacedTrial{*std::move(best), device.notes()};
   });

@@ -14,11 +14,11 @@
 
 namespace amhex {
 
-// How many trials take part in which step.
+// How many trials take part in which step. Further ones do as long as they are little work, which
+// they are on solids that lattices fit.
 struct TrialPlan {
   int started = 1;  // populated and assembled
-  int closed = 1;   // at most
-  int placed = 1;   // at most; fewer when one is good enough
+  int closed = 1;   // at least, unless fewer can be
 };
 
 // How many trials a run of about so many cells starts.
@@ -54,10 +54,10 @@ struct PlacedTrial {
   std::vector<std::string> device_notes;  // what the device had no room for, each once
 };
 
-// Stage place_vertices: the best of the closed trials with its vertices in their places.
+// Stage place_vertices: the best of the closed trials with its vertices in their places and its
+// poor places refilled.
 absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
                                            std::vector<ClosedTrial> closed, const Hull& hull,
-                                           const TrialPlan& plan, const MeshingParams& params,
-                                           RunContext& run);
+                                           const MeshingParams& params, RunContext& run);
 
 }  // namespace amhex

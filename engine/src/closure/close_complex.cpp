@@ -52,8 +52,9 @@ class Closer {
   Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, const RunContext& run)
       : hull_(hull), seed_(seed), run_(run), mesh_(complex) {}
 
-  absl::StatusOr<CellComplex> Run(int layers, RunContext& watched) {
-    watched_ = &watched;
+  // `watched`, if any, is told of progress.
+  absl::StatusOr<CellComplex> Run(int layers, RunContext* watched) {
+    watched_ = watched;
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
@@ -81,7 +82,7 @@ class Closer {
           "no valid mesh was found: every cell was given up to close a cavity; try another cell "
           "count");
     }
-    ReportCells(closed, watched);
+    if (watched != nullptr) ReportCells(closed, *watched);
     return closed;
   }
 
@@ -257,7 +258,7 @@ class Closer {
   const Hull& hull_;
   const uint64_t seed_;
   const RunContext& run_;
-  RunContext* watched_ = nullptr;  // told of progress, if any
+  RunContext* watched_ = nullptr;
   WorkingMesh mesh_;
   std::set<Attempt> tried_;
   size_t first_open_ = 1;
@@ -269,7 +270,12 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
                                          const MeshingParams& params, RunContext& run,
                                          int attempt) {
   const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(attempt);
-  return Closer(complex, hull, seed, run).Run(attempt, run);
+  return Closer(complex, hull, seed, run).Run(attempt, &run);
+}
+
+absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
+                                           const MeshingParams& params, const RunContext& run) {
+  return Closer(complex, hull, params.run.seed, run).Run(0, nullptr);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,

@@ -25,6 +25,10 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
                                          const MeshingParams& params, RunContext& run,
                                          int attempt = 0);
 
+// The first attempt, which tells nobody of its progress, so that several may run side by side.
+absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
+                                           const MeshingParams& params, const RunContext& run);
+
 // For a closed complex whose vertices have moved since: opens the mesh `layers` cells around the
 // defects of its boundary (boundary_defects.h) and closes it again. Without defects the complex
 // comes back as it is. Errors: as CloseComplex.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "closure/extrude_layer.h"
 #include "closure/prepare_cavities.h"
@@ -37,23 +36,25 @@ double TypicalShortfall(PrimitiveType type) {
   return 1;
 }
 
-double ExpectedLoss(const CellComplex& complex, const Hull& hull) {
+RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull) {
   WorkingMesh mesh(complex);
   if (mesh.HasOpenFaces()) {
     RemoveLooseCells(&mesh);
     SnapFacesToHull(hull, &mesh);
     ExtrudeToHull(hull, &mesh);
   }
+  RankedComplex judged{index, 0, static_cast<int64_t>(mesh.OpenFaces().size())};
   double cells = 0, loss = 0;
   for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
     if (!mesh.alive(cell)) continue;
     cells += 1;
     loss += TypicalShortfall(mesh.type(cell));
   }
-  const double added = kCellsPerOpenFace * static_cast<double>(mesh.OpenFaces().size());
+  const double added = kCellsPerOpenFace * static_cast<double>(judged.open_faces);
   cells += added;
   loss += kFillingShortfall * added;
-  return loss / std::max(1.0, cells) + DeviationLoss(cells, hull);
+  judged.loss = loss / std::max(1.0, cells) + DeviationLoss(cells, hull);
+  return judged;
 }
 
 }  // namespace
@@ -63,19 +64,18 @@ double DeviationLoss(double cell_count, const Hull& hull) {
   return kDeviationWeight * std::max(0.0, deviation - kFreeDeviation);
 }
 
-absl::StatusOr<std::vector<size_t>> RankComplexes(const std::vector<CellComplex>& complexes,
-                                                  const Hull& hull, const RunContext& run) {
-  std::vector<size_t> order(complexes.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  if (complexes.size() < 2) return order;
-  std::vector<double> loss;
-  for (const CellComplex& complex : complexes) {
+absl::StatusOr<std::vector<RankedComplex>> RankComplexes(const std::vector<CellComplex>& complexes,
+                                                         const Hull& hull, const RunContext& run) {
+  std::vector<RankedComplex> ranked;
+  if (complexes.size() == 1) ranked.resize(1);  // nothing to choose from
+  if (complexes.size() < 2) return ranked;
+  for (size_t i = 0; i < complexes.size(); ++i) {
     if (absl::Status status = run.CheckStop(); !status.ok()) return status;
-    loss.push_back(ExpectedLoss(complex, hull));
+    ranked.push_back(Judge(complexes[i], i, hull));
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return loss[a] < loss[b]; });
-  return order;
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const RankedComplex& a, const RankedComplex& b) { return a.loss < b.loss; });
+  return ranked;
 }
 
 }  // namespace amhex

@@ -8,9 +8,7 @@
 #include "closure/close_complex.h"
 #include "closure/improve_closure.h"
 #include "closure/peel_stars.h"
-#include "optimize/hull_features.h"
 #include "optimize/place_vertices.h"
-#include "optimize/refill_places.h"
 
 namespace amhex {
 namespace {
@@ -32,12 +30,10 @@ constexpr int kMaxMends = 4;
 
 }  // namespace
 
-absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
-                                        const MeshingParams& params, RunContext& run,
-                                        DeviceUse* device) {
-  const HullFeatures features(hull, StopPoll(run));
+absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
+                                        RunContext& run) {
   const auto place = [&](PlacementEffort effort) {
-    return PlaceVertices(std::move(complex), features, run, effort, device);
+    return PlaceVertices(std::move(complex), with.features, run, effort, with.device);
   };
   bool is_placed = false;
   for (size_t i = 0; i < std::size(kRounds); ++i) {
@@ -48,24 +44,25 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
     // Repairs and moves make room: what could not be peeled or joined a round ago may be now.
     const StarFolds folds = i < kFoldingRounds ? StarFolds::kAllowed : StarFolds::kRefused;
     AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
-    AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, hull, run));
+    AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, with.hull, run));
     if (folds == StarFolds::kAllowed && complex.cells != before) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
     }
     AMHEX_ASSIGN_OR_RETURN(
-        complex, RepairCells(complex, hull,
+        complex, RepairCells(complex, with.hull,
                              {.quality = kRounds[i].quality, .depth = kRounds[i].depth}, run));
     is_placed = complex.cells == before;
   }
   AMHEX_ASSIGN_OR_RETURN(complex,
                          place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
   for (int layers = 0; layers < kMaxMends; ++layers) {
-    AMHEX_ASSIGN_OR_RETURN(Mended mended, MendBoundary(complex, hull, layers, params, run));
+    AMHEX_ASSIGN_OR_RETURN(Mended mended,
+                           MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
     if (!mended.changed) break;
     AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }
-  return RefillPlaces(complex, hull, features, params, run);
+  return complex;
 }
 
 }  // namespace amhex

@@ -1,4 +1,4 @@
-// The last stage but one: vertices to their places, poor cells replaced, vertices again.
+// Most of the last stage but one: vertices to their places, poor cells replaced, vertices again.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -6,18 +6,25 @@
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
 #include "input/hull.h"
+#include "optimize/hull_features.h"
 
 namespace amhex {
 
 class DeviceUse;
 
+// What meshes of one hull are improved with.
+struct Improvement {
+  const Hull& hull;
+  const HullFeatures& features;
+  const MeshingParams& params;
+  DeviceUse* device = nullptr;  // where vertices are placed; null: on the CPU
+};
+
 // Alternates PlaceVertices (geometry) with PeelStars, JoinStars and RepairCells (topology) until
-// nothing is replaced or a bound on the rounds is reached, then RefillPlaces mends what is still
-// poor. The complex must be closed and stays so. Vertices are placed on `device`, or on the CPU
-// where it is null; RefillPlaces, with its many small parts, stays on the CPU.
+// nothing is replaced or a bound on the rounds is reached. What is still poor then is for
+// RefillPlaces. The complex must be closed and stays so.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, and those of RunOnCuda.
-absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Hull& hull,
-                                        const MeshingParams& params, RunContext& run,
-                                        DeviceUse* device = nullptr);
+absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
+                                        RunContext& run);
 
 }  // namespace amhex

@@ -33,9 +33,12 @@ CellComplex WithoutCells(int first, int count) {
 
 std::vector<size_t> RankOf(const std::vector<CellComplex>& complexes) {
   const RunContext run;
-  const auto order = RankComplexes(complexes, BoxOfSix(), run);
-  EXPECT_TRUE(order.ok());
-  return order.ok() ? *order : std::vector<size_t>{};
+  const auto ranked = RankComplexes(complexes, BoxOfSix(), run);
+  EXPECT_TRUE(ranked.ok());
+  std::vector<size_t> order;
+  if (!ranked.ok()) return order;
+  for (const RankedComplex& next : *ranked) order.push_back(next.index);
+  return order;
 }
 
 TEST(RankComplexes, PutsTheOneWithFewestOpenFacesFirst) {
@@ -52,6 +55,17 @@ TEST(RankComplexes, KeepsTheOrderOfEquals) {
 TEST(RankComplexes, PutsAWrongNumberOfCellsLast) {
   EXPECT_THAT(RankOf({GridComplex({6, 6, 3}), WithoutCells(86, 1)}), ElementsAre(1, 0));
 }
+
+TEST(RankComplexes, TellsTheFacesThatClosingWillFind) {
+  const RunContext run;
+  const auto ranked = RankComplexes({WithoutCells(86, 3), WithoutCells(86, 0)}, BoxOfSix(), run);
+  ASSERT_TRUE(ranked.ok());
+  EXPECT_EQ(ranked->at(0).open_faces, 0);
+  EXPECT_EQ(ranked->at(1).open_faces, 3 * 6 - 2 * 2);  // a bar of three cells
+  EXPECT_LT(ranked->at(0).loss, ranked->at(1).loss);
+}
+
+TEST(RankComplexes, OfNoneIsNone) { EXPECT_TRUE(RankOf({}).empty()); }
 
 TEST(RankComplexes, StopsWhenAsked) {
   RunContext run;
