@@ -1,4 +1,4 @@
-// Structures of views, with their arrays copied to where bodies run.
+// Arrays, and structures of views on arrays, copied to where bodies run.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,18 @@
 #include "exec/executor.h"
 
 namespace amhex {
+
+// A copy of an array.
+template <class E, class T>
+Buffer<E, T> Uploaded(E& executor, const T* host, int64_t count) {
+  Buffer<E, T> buffer = executor.template Alloc<T>(count);
+  executor.CopyIn(host, count, buffer);
+  return buffer;
+}
+template <class E, class T>
+Buffer<E, T> Uploaded(E& executor, const std::vector<T>& host) {
+  return Uploaded(executor, host.data(), static_cast<int64_t>(host.size()));
+}
 
 // Owns the copies. A structure names its views by a member VisitArrays(visit).
 template <class E>
@@ -25,8 +37,8 @@ class UploadedArrays {
   template <class T>
   ArrayView<const T> UploadArray(ArrayView<const T> host) {
     const int64_t bytes = host.size * static_cast<int64_t>(sizeof(T));
-    Buffer<E, uint8_t>& buffer = buffers_.emplace_back(executor_.template Alloc<uint8_t>(bytes));
-    executor_.CopyIn(reinterpret_cast<const uint8_t*>(host.data), bytes, buffer);
+    const Buffer<E, uint8_t>& buffer = buffers_.emplace_back(
+        Uploaded(executor_, reinterpret_cast<const uint8_t*>(host.data), bytes));
     return {reinterpret_cast<const T*>(buffer.View().data), host.size};
   }
 

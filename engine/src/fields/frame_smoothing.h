@@ -29,6 +29,11 @@ struct SmoothingLevel {
   int32_t sweeps = 0;
 
   int64_t node_count() const { return hull_of_node.size; }
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(neighbours), visit(weights), visit(parent), visit(hull_of_node), visit(hull_forms);
+    for (ArrayView<const int32_t>& colour : colours) visit(colour);
+  }
   AMHEX_HD float WeightOf(int64_t node, int k) const {
     if (!weights.empty()) return weights[node * kNeighbourCount + k];
     return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;

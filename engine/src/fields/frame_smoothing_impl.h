@@ -1,12 +1,12 @@
 // The smoothing of frame_smoothing.h as a template over the executor.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "exec/executor.h"
+#include "exec/uploaded_arrays.h"
 #include "fields/frame_smoothing.h"
 #include "fields/grid_neighbours.h"
 
@@ -54,14 +54,9 @@ class FrameSmoothing {
   static int64_t Bytes(const SmoothingTask& task) {
     int64_t largest = 0, coarser = 0;
     for (const SmoothingLevel& level : task.levels) {
-      const auto bytes = [](const auto& view) {
-        return view.size * static_cast<int64_t>(sizeof(view.data[0]));
-      };
-      int64_t sum = bytes(level.neighbours) + bytes(level.weights) + bytes(level.parent) +
-                    bytes(level.hull_of_node) + bytes(level.hull_forms);
-      for (const ArrayView<const int32_t>& colour : level.colours) sum += bytes(colour);
       const int64_t frames = level.node_count() * static_cast<int64_t>(sizeof(Quaternion));
-      sum += frames + level.node_count() * static_cast<int64_t>(sizeof(QuarticForm));
+      const int64_t sum = UploadedArrays<E>::Bytes(level) + frames +
+                          level.node_count() * static_cast<int64_t>(sizeof(QuarticForm));
       largest = largest > sum + coarser ? largest : sum + coarser;
       coarser = frames;
     }
@@ -85,51 +80,17 @@ class FrameSmoothing {
   template <class T>
   using Array = Buffer<E, T>;
 
-  template <class T>
-  Array<T> Uploaded(ArrayView<const T> host) {
-    Array<T> buffer = executor_.template Alloc<T>(host.size);
-    executor_.CopyIn(host.data, host.size, buffer);
-    return buffer;
-  }
-
-  // `level` with its arrays where bodies run; they live as long as `keep`.
-  struct Uploads {
-    Array<int32_t> neighbours, parent, hull_of_node;
-    Array<float> weights;
-    Array<QuarticForm> hull_forms;
-    std::array<Array<int32_t>, kColourCount> colours;
-  };
-  SmoothingLevel Upload(const SmoothingLevel& level, Uploads& keep) {
-    keep.neighbours = Uploaded(level.neighbours);
-    keep.parent = Uploaded(level.parent);
-    keep.hull_of_node = Uploaded(level.hull_of_node);
-    keep.weights = Uploaded(level.weights);
-    keep.hull_forms = Uploaded(level.hull_forms);
-    SmoothingLevel there = level;
-    there.neighbours = ReadOnly(keep.neighbours.View());
-    there.parent = ReadOnly(keep.parent.View());
-    there.hull_of_node = ReadOnly(keep.hull_of_node.View());
-    there.weights = ReadOnly(keep.weights.View());
-    there.hull_forms = ReadOnly(keep.hull_forms.View());
-    for (size_t k = 0; k < kColourCount; ++k) {
-      keep.colours[k] = Uploaded(level.colours[k]);
-      there.colours[k] = ReadOnly(keep.colours[k].View());
-    }
-    return there;
-  }
-
   void Smooth(const SmoothingLevel& host_level) {
     const int64_t count = host_level.node_count();
-    Uploads uploads;
-    const SmoothingLevel level = Upload(host_level, uploads);
+    UploadedArrays<E> arrays(executor_);
+    const SmoothingLevel level = arrays.Upload(host_level);
     Array<Quaternion> frames = executor_.template Alloc<Quaternion>(count);
     Array<QuarticForm> forms = executor_.template Alloc<QuarticForm>(count);
     executor_.ForEach(
         "inherit frames", count,
         InheritFrameBody{level.parent, ReadOnly(frames_.View()), frames.View(), forms.View()});
-    Array<int64_t> no_state = executor_.template Alloc<int64_t>(1);
     constexpr int64_t kNothing = 0;
-    executor_.CopyIn(&kNothing, 1, no_state);
+    const Array<int64_t> no_state = Uploaded(executor_, &kNothing, 1);
     int32_t sweep = 0;
     const auto take_sweep = [&] {
       for (int step = 0; step < kColourCount; ++step) {

@@ -4,12 +4,12 @@
 #pragma once
 
 #include <cstdint>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/platform.h"
 #include "exec/executor.h"
+#include "exec/uploaded_arrays.h"
 #include "fields/gradient_task.h"
 #include "fields/sum_blocks.h"
 
@@ -155,7 +155,8 @@ class GradientSolve {
       : executor_(executor),
         task_(task),
         unknowns_(task.unknown_count()),
-        sums_(kSumLanes * SumBlocks(unknowns_)) {}
+        sums_(kSumLanes * SumBlocks(unknowns_)),
+        arrays_(executor) {}
 
   // Memory where bodies run.
   static int64_t Bytes(const GradientTask& task) {
@@ -163,10 +164,7 @@ class GradientSolve {
     int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * SumBlocks(task.unknown_count()) * static_cast<int64_t>(sizeof(double));
-    Operator matrix = std::get<Operator>(task.matrix);
-    matrix.VisitArrays(
-        [&sum](auto& view) { sum += view.size * static_cast<int64_t>(sizeof(*view.data)); });
-    return sum;
+    return sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
   }
 
   // False if it was stopped.
@@ -190,25 +188,11 @@ class GradientSolve {
   template <class T>
   using Array = Buffer<E, T>;
 
-  template <class T>
-  Array<T> Uploaded(const T* host, int64_t count) {
-    Array<T> buffer = executor_.template Alloc<T>(count);
-    executor_.CopyIn(host, count, buffer);
-    return buffer;
-  }
-
   void Upload() {
-    matrix_ = std::get<Operator>(task_.matrix);
-    matrix_.VisitArrays([this](auto& view) {
-      using Element = std::remove_cvref_t<decltype(*view.data)>;
-      const auto* bytes = reinterpret_cast<const uint8_t*>(view.data);
-      const int64_t count = view.size * static_cast<int64_t>(sizeof(Element));
-      view.data = reinterpret_cast<const Element*>(
-          matrix_arrays_.emplace_back(Uploaded(bytes, count)).View().data);
-    });
-    diagonal_ = Uploaded(task_.diagonal.data, unknowns_);
-    right_side_ = Uploaded(task_.right_side.data, unknowns_);
-    x_ = Uploaded(task_.x->data(), unknowns_);
+    matrix_ = arrays_.Upload(std::get<Operator>(task_.matrix));
+    diagonal_ = Uploaded(executor_, task_.diagonal.data, unknowns_);
+    right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
+    x_ = Uploaded(executor_, task_.x->data(), unknowns_);
     residual_ = executor_.template Alloc<float>(unknowns_);
     direction_ = executor_.template Alloc<float>(unknowns_);
     product_ = executor_.template Alloc<float>(unknowns_);
@@ -216,7 +200,7 @@ class GradientSolve {
     partial_ = executor_.template Alloc<double>(sums_);
     numbers_ = executor_.template Alloc<double>(kNumbersSize);
     const int64_t counts[kCountsSize] = {unknowns_, task_.node_count, sums_, 1, 0};
-    counts_ = Uploaded(counts, kCountsSize);
+    counts_ = Uploaded(executor_, counts, kCountsSize);
   }
 
   GradientVectors Vectors() {
@@ -279,8 +263,8 @@ class GradientSolve {
   GradientTask& task_;
   int64_t unknowns_;
   int64_t sums_;
+  UploadedArrays<E> arrays_;  // of the matrix
   Operator matrix_;
-  std::vector<Array<uint8_t>> matrix_arrays_;
   Array<float> diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
   Array<double> partial_, numbers_;
   Array<int64_t> counts_;

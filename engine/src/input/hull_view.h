@@ -70,11 +70,7 @@ struct HullView {
       const int32_t id = stack[--size];
       const HullNode& node = nodes.data[id];
       if (SquaredDistanceTo(node, p) > reach) continue;
-      if (node.right >= 0) {
-        stack[size++] = node.right;
-        stack[size++] = id + 1;
-        continue;
-      }
+      if (PushChildren(node, id, stack, size)) continue;
       for (int32_t i = node.begin; i < node.end; ++i) {
         const HullTriangle& t = triangles.data[i];
         if (SquaredNorm(ClosestPointOnTriangle(p, t.a, t.b, t.c) - p) <= reach) return true;
@@ -99,11 +95,7 @@ struct HullView {
         continue;
       }
       const HullNode& node = nodes.data[id];
-      if (node.right >= 0) {
-        stack[size++] = node.right;
-        stack[size++] = id + 1;
-        continue;
-      }
+      if (PushChildren(node, id, stack, size)) continue;
       for (int32_t i = node.begin; i < node.end; ++i) {
         const HullTriangle& t = triangles.data[i];
         solid_angle += SolidAngle(p, t.a, t.b, t.c);
@@ -124,6 +116,14 @@ struct HullView {
     int32_t node;
     double squared;
   };
+
+  // Puts the children of node `id` on the stack, the left one on top; false on leaves.
+  AMHEX_HD static bool PushChildren(const HullNode& node, int32_t id, int32_t* stack, int& size) {
+    if (node.right < 0) return false;
+    stack[size++] = node.right;
+    stack[size++] = id + 1;
+    return true;
+  }
 
   AMHEX_HD static double SquaredDistanceTo(const HullNode& node, const Vec3d& p) {
     const double x = Larger(Larger(node.low.x - p.x, 0.0), p.x - node.high.x);

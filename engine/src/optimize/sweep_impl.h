@@ -118,24 +118,17 @@ class QualitySweeps {
     return order;
   }
 
-  template <class T>
-  Array<T> Uploaded(const T* host, int64_t count) {
-    Array<T> buffer = executor_.template Alloc<T>(count);
-    executor_.CopyIn(host, count, buffer);
-    return buffer;
-  }
-
   void Upload() {
     const Order order = Plan(task_);
     const PlacementView& host = task_.placement;
-    colours_ = Uploaded(order.vertices.data(), static_cast<int64_t>(order.vertices.size()));
-    room_of_ = Uploaded(order.room_of.data(), static_cast<int64_t>(order.room_of.size()));
+    colours_ = Uploaded(executor_, order.vertices);
+    room_of_ = Uploaded(executor_, order.room_of);
     room_ = executor_.template Alloc<LocalCell>(order.most_room);
-    vertices_ = Uploaded(host.vertices.data, vertex_count_);
-    quality_ = Uploaded(host.min_scaled_jacobian.data, cell_count_);
-    near_folding_ = Uploaded(host.near_folding.data, cell_count_);
-    active_ = Uploaded(task_.active->data(), vertex_count_);
-    step_ = Uploaded(task_.step->data(), vertex_count_);
+    vertices_ = Uploaded(executor_, host.vertices.data, vertex_count_);
+    quality_ = Uploaded(executor_, host.min_scaled_jacobian.data, cell_count_);
+    near_folding_ = Uploaded(executor_, host.near_folding.data, cell_count_);
+    active_ = Uploaded(executor_, *task_.active);
+    step_ = Uploaded(executor_, *task_.step);
     moved_ = executor_.template Alloc<uint8_t>(vertex_count_);
     is_touched_ = executor_.template Alloc<uint8_t>(cell_count_);
     PlacementView there = arrays_.Upload(host);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "exec/executor.h"
+#include "exec/uploaded_arrays.h"
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
 #include "graph/n6_body.h"
@@ -99,13 +100,6 @@ class Relaxation {
   using Array = Buffer<E, T>;
 
   template <class T>
-  Array<T> Uploaded(const std::vector<T>& host) {
-    Array<T> buffer = executor_.template Alloc<T>(static_cast<int64_t>(host.size()));
-    Upload(host, buffer);
-    return buffer;
-  }
-
-  template <class T>
   void Upload(const std::vector<T>& host, Array<T>& buffer) {
     executor_.CopyIn(host.data(), static_cast<int64_t>(host.size()), buffer);
   }
@@ -126,12 +120,12 @@ class Relaxation {
 
   // What never changes during the run: the lattice's sides, the hull's samples, the weights.
   void UploadFixed() {
-    tile_side_ = Uploaded(task_.barrier.tile_side);
-    inside_mask_ = Uploaded(task_.barrier.inside_mask);
-    items_ = Uploaded(task_.items);
+    tile_side_ = Uploaded(executor_, task_.barrier.tile_side);
+    inside_mask_ = Uploaded(executor_, task_.barrier.inside_mask);
+    items_ = Uploaded(executor_, task_.items);
     barrier_ = {task_.barrier.lattice, ReadOnly(tile_side_.View()), ReadOnly(inside_mask_.View())};
-    sample_position_ = Uploaded(task_.sample_position);
-    sample_normal_ = Uploaded(task_.sample_normal);
+    sample_position_ = Uploaded(executor_, task_.sample_position);
+    sample_normal_ = Uploaded(executor_, task_.sample_normal);
     sample_bins_.Build(ReadOnly(sample_position_.View()),
                        static_cast<int64_t>(task_.sample_position.size()));
     std::vector<double> weights;
@@ -139,7 +133,7 @@ class Relaxation {
       weights.push_back(task_.regularity_weight *
                         RegularityWeight(static_cast<double>(i) / task_.iteration_count));
     }
-    weight_at_ = Uploaded(weights);
+    weight_at_ = Uploaded(executor_, weights);
   }
 
   void UploadSites() {
@@ -166,8 +160,8 @@ class Relaxation {
     std::vector<Quatf> frames = task_.orientation;
     frames.insert(frames.end(), task_.sample_orientation.begin(), task_.sample_orientation.end());
     const auto node_count = static_cast<int64_t>(nodes.size());
-    const Array<Vec3f> node_position = Uploaded(nodes);
-    Array<Quatf> node_orientation = Uploaded(frames);
+    const Array<Vec3f> node_position = Uploaded(executor_, nodes);
+    Array<Quatf> node_orientation = Uploaded(executor_, frames);
     PointBins<E> bins(executor_, task_.barrier.extent, BinSizeFor(task_.barrier.extent));
     executor_.ForEach("find neighbours among sites and samples", site_count,
                       KnnExactBody{bins.Build(node_position.View(), node_count),
