@@ -53,5 +53,9 @@ inline constexpr int64_t ExpectedFieldBytes(int64_t cell_count) {
 // Of vertex placement there: the cells around the vertices of the largest colour, about one in
 // eight, and the arrays of cells, vertices and what joins them.
 inline constexpr int64_t kDeviceBytesPerPlacedCell = 700;
+// Per triangle of the hull, which stays there from its first query to the end of the run: corners
+// and normal 100, and 0.75 nodes of 168. Its patches lie beside it while vertices are placed.
+inline constexpr int64_t kDeviceBytesPerTriangle = 226;
+inline constexpr int64_t kDeviceBytesPerPatchTriangle = 148;
 
 }  // namespace amhex

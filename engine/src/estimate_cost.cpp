@@ -75,12 +75,15 @@ double SecondsOfHull(int64_t cell_count, const MeshingParams& params, int64_t in
                           ResolveIterationCount(params.relaxation)});
 }
 
-// The most that any step takes on a device; each gives back everything before the next begins.
-int64_t DeviceBytes(int64_t cell_count, const MeshingParams& params) {
+// The most that any step takes on a device; each gives back all but the hull before the next
+// begins.
+int64_t DeviceBytes(int64_t cell_count, int64_t triangle_count, const MeshingParams& params) {
   const bool has_fields = params.relaxation.initialization == Initialization::kField;
-  return std::max({ExpectedRelaxationBytes(cell_count, kTypicalFill, params.relaxation),
-                   kDeviceBytesPerPlacedCell * cell_count,
-                   has_fields ? ExpectedFieldBytes(cell_count) : 0});
+  const int64_t step = std::max(
+      {ExpectedRelaxationBytes(cell_count, kTypicalFill, params.relaxation),
+       kDeviceBytesPerPlacedCell * cell_count + kDeviceBytesPerPatchTriangle * triangle_count,
+       has_fields ? ExpectedFieldBytes(cell_count) : 0});
+  return step + kDeviceBytesPerTriangle * triangle_count;
 }
 
 absl::Status CheckDeviceMemory(const CostEstimate& estimate) {
@@ -126,7 +129,7 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
   estimate.seconds = is_meshed ? SecondsOfHull(estimate.cell_count, params, element_count)
                                : kSecondsPerGivenCell * static_cast<double>(estimate.cell_count);
   if (is_meshed && params.run.backend != Backend::kCpu) {
-    estimate.device_memory_bytes = DeviceBytes(most_cells, params);
+    estimate.device_memory_bytes = DeviceBytes(most_cells, element_count, params);
   }
   // Under kAuto the CPU takes what the device has no room for.
   if (params.run.backend == Backend::kCuda) AMHEX_RETURN_IF_ERROR(CheckDeviceMemory(estimate));

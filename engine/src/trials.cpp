@@ -195,15 +195,14 @@ absl::StatusOr<std::vector<Sites>> Populate(const Hull& hull, const HullSamples&
   return only;
 }
 
-// Those of all trials, each once.
-std::vector<std::string> DeviceNotes(const std::vector<Sites>& trials) {
-  std::vector<std::string> notes;
-  for (const Sites& trial : trials) {
+// Adds those of all trials, each once.
+template <class Trial>
+void AddDeviceNotes(const std::vector<Trial>& trials, std::vector<std::string>& notes) {
+  for (const Trial& trial : trials) {
     for (const std::string& note : trial.device_notes) {
       if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
     }
   }
-  return notes;
 }
 
 }  // namespace
@@ -235,22 +234,22 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
                          RunTrials(run, Stage::kRelax, sites, [&](Sites& trial) {
                            return RelaxSites(hull, samples, std::move(trial), params, run);
                          }));
-  std::vector<std::string> notes = DeviceNotes(relaxed);
+  AssembledTrials assembled;
+  AddDeviceNotes(relaxed, assembled.device_notes);
   AMHEX_ASSIGN_OR_RETURN(std::vector<MergedCubes> cubes,
                          RunTrials(run, Stage::kMatchAndMerge, relaxed, [&](const Sites& trial) {
                            return MatchAndMerge(trial, hull, params, run);
                          }));
+  AddDeviceNotes(cubes, assembled.device_notes);
   AMHEX_ASSIGN_OR_RETURN(
       std::vector<PrimitiveTable> primitives,
       RunTrials(run, Stage::kExtractTopology, cubes,
                 [&](const MergedCubes& trial) { return ExtractTopology(trial, params, run); }));
-  AssembledTrials assembled;
   auto table = primitives.begin();
   AMHEX_ASSIGN_OR_RETURN(assembled.complexes,
                          RunTrials(run, Stage::kAssemble, cubes, [&](const MergedCubes& trial) {
                            return AssembleCells(*table++, trial, params, run);
                          }));
-  assembled.device_notes = std::move(notes);
   return assembled;
 }
 

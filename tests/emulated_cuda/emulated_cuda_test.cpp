@@ -1,72 +1,32 @@
 // What the CUDA library does with a device: memory, failures, streams, graphs. On the emulated one.
-#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "amhex/mesher.h"
 #include "cuda/cuda_library.h"
-#include "cuda/device_use.h"
-#include "emulated_cuda/emulated_device.h"
+#include "emulated_cuda/emulated_cuda_fixture.h"
 #include "exec/cpu_executor.h"
-#include "fields/phase_field.h"
-#include "input/ask_hull.h"
-#include "optimize/raise_quality.h"
 #include "relax/relaxation_cpu.h"
 #include "relax/relaxation_impl.h"
-#include "support/grid_complex.h"
-#include "unit/fields/field_fixtures.h"
 #include "unit/relax/relax_fixtures.h"
 
 namespace amhex {
 namespace {
 
-using emulated::Controls;
-using emulated::Device;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-#if !defined(__SANITIZE_THREAD__)  // which does not follow fibers: the parity tests then skip, too
-// Before the engine looks for its library, once per process.
-const int kLibraryIsNamed = setenv("AMHEX_CUDA_LIBRARY", AMHEX_EMULATED_LIBRARY, 1);
-#endif
-
-Device* FindDevice() {
-  void* library = dlopen(AMHEX_EMULATED_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) return nullptr;
-  auto* find = reinterpret_cast<emulated::DeviceFunction*>(dlsym(library, emulated::kDeviceSymbol));
-  return find == nullptr ? nullptr : find();
-}
 
 RelaxationTask SmallTask(int32_t iterations) { return RandomTask(150, iterations, 1.5); }
 
 absl::StatusOr<bool> RelaxOnCuda(RelaxationTask& task) { return RunOnCuda(&task); }
 
-class EmulatedCuda : public testing::Test {
+class EmulatedCuda : public EmulatedDeviceTest {
  protected:
-  void SetUp() override {
-#if defined(__SANITIZE_THREAD__)
-    GTEST_SKIP() << "the thread sanitizer does not follow fibers";
-#endif
-    device_ = FindDevice();
-    ASSERT_NE(device_, nullptr);
-    ASSERT_TRUE(DescribeCuda().ok()) << DescribeCuda().status();
-    device_->Restart();
-    ASSERT_EQ(device_->controls.used, 0);
-  }
-
-  void TearDown() override {
-    if (device_ != nullptr) device_->Restart();
-  }
-
-  Controls& controls() { return device_->controls; }
-
   // Runs once more and compares with the CPU: the device is as good as before.
   void ExpectUsable() {
     device_->Restart();
@@ -77,8 +37,6 @@ class EmulatedCuda : public testing::Test {
     EXPECT_EQ(controls().used, 0);
     EXPECT_EQ(controls().stray_frees, 0);
   }
-
-  Device* device_ = nullptr;
 };
 
 TEST_F(EmulatedCuda, ReplaysMostIterationsAndWaitsForNone) {
@@ -99,112 +57,6 @@ TEST_F(EmulatedCuda, ReplaysMostIterationsAndWaitsForNone) {
     waits.push_back(controls().waits);
   }
   EXPECT_EQ(waits[0], waits[1]);
-}
-
-// What a refusal says is needed.
-double Announced(const absl::Status& refusal) {
-  EXPECT_EQ(refusal.code(), absl::StatusCode::kResourceExhausted) << refusal;
-  const std::string text(refusal.message());
-  constexpr char kAnnouncement[] = "needs about ";
-  const size_t at = text.find(kAnnouncement);
-  EXPECT_NE(at, std::string::npos) << text;
-  return at == std::string::npos ? 0 : std::stod(text.substr(at + sizeof(kAnnouncement) - 1));
-}
-
-// Each solver of the fields, on a device that is too small and on one that is not.
-TEST_F(EmulatedCuda, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenStopped) {
-  using namespace fields;  // NOLINT: all that follows is from there
-  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
-  ASSERT_TRUE(solved.ok);
-  const ProgressSlice slice(solved.run, 0, 1);
-  auto device = DeviceUse::Choose(Backend::kCuda);
-  ASSERT_TRUE(device.ok()) << device.status();
-  OrientationSettings orientation;
-  orientation.device = &*device;
-  orientation.coarse_sweeps = 4;
-  SizeSettings size;
-  LatticeSettings lattice;
-  PhaseSettings phase;
-  phase.rounds = 1;
-  size.device = lattice.device = phase.device = &*device;
-  const SolvedFields& s = solved;
-  const std::function<absl::Status()> solvers[] = {
-      [&] { return SolveOrientationField(s.grid, {}, orientation, slice).status(); },
-      [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice).status(); },
-      [&] { return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice).status(); },
-      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice).status(); }};
-  for (const auto& solve : solvers) {
-    device_->Restart();
-    controls().capacity = 1;
-    const double estimate = Announced(solve());
-    EXPECT_EQ(controls().peak, 0);
-    device_->Restart();
-    const absl::Status solution = solve();
-    ASSERT_TRUE(solution.ok()) << solution;
-    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
-    EXPECT_EQ(controls().used, 0);
-    // Solves end at their goal, long before the most iterations that they may take.
-    EXPECT_LT(controls().replays, 200);
-  }
-  solved.run.RequestStop();
-  for (const auto& solve : solvers) {
-    EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
-    EXPECT_EQ(controls().used, 0);
-  }
-}
-
-TEST_F(EmulatedCuda, TakesAsMuchMemoryForHullQueriesAsEstimatedAndGivesItBackWhenStopped) {
-  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTorus(3, 1.2, 0.3));
-  const PlainPoints points{{hull.vertices.data(), static_cast<int64_t>(hull.vertices.size())}};
-  auto device = DeviceUse::Choose(Backend::kCuda);
-  ASSERT_TRUE(device.ok()) << device.status();
-  RunContext run;
-  const HullAsker asker(*hull.queries, &*device, run);
-  const auto ask = [&] { return asker.Ask(SideOf<PlainPoints>{points}).status(); };
-  controls().capacity = 1;
-  const double estimate = Announced(ask());
-  device_->Restart();
-  ASSERT_TRUE(ask().ok());
-  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
-  EXPECT_EQ(controls().used, 0);
-  run.RequestStop();
-  EXPECT_EQ(ask().code(), absl::StatusCode::kCancelled);
-  EXPECT_EQ(controls().used, 0);
-}
-
-TEST_F(EmulatedCuda, TakesAsMuchMemoryForPlacingAsEstimatedAndLeavesAllAsItWasWhenItFails) {
-  const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({6, 5, 4}, 0.5));
-  const HullFeatures features(hull);
-  CellComplex complex = testing_support::GridComplex({6, 5, 4});
-  testing_support::Shake(complex, 0.3);
-  Placement placement = PreparePlacement(complex, features);
-  auto device = DeviceUse::Choose(Backend::kCuda);
-  ASSERT_TRUE(device.ok()) << device.status();
-  placement.device = &*device;
-  RunContext run;
-  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
-  const std::vector<Vec3d> before = complex.vertices;
-  const auto sweep = [&] {
-    return RunSweeps(placement, {QualityAim::kMinimum, 0.9, 0.5}, 2, memory, run);
-  };
-  controls().capacity = 1;
-  const double estimate = Announced(sweep());
-  EXPECT_EQ(complex.vertices, before);
-  for (const int64_t call : {20, 60, 90}) {
-    device_->Restart();
-    controls().failing_call = call;
-    EXPECT_EQ(sweep().code(), absl::StatusCode::kInternal) << "call " << call;
-    EXPECT_EQ(complex.vertices, before);
-    EXPECT_EQ(controls().used, 0) << "call " << call;
-  }
-  device_->Restart();
-  ASSERT_TRUE(sweep().ok());
-  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
-  EXPECT_EQ(controls().used, 0);
-  EXPECT_NE(complex.vertices, before);
-  run.RequestStop();
-  EXPECT_EQ(sweep().code(), absl::StatusCode::kCancelled);
-  EXPECT_EQ(controls().used, 0);
 }
 
 TEST_F(EmulatedCuda, TakesAsMuchMemoryAsEstimated) {

@@ -58,6 +58,10 @@ struct Controls {
   int64_t waits = 0;     // calls that blocked the host
   int64_t launches = 0;  // kernels run
   int64_t replays = 0;   // graphs launched
+  int64_t uploads = 0;   // copies from the host
+  int64_t uploaded_bytes = 0;
+  int64_t downloads = 0;  // copies to the host
+  int64_t downloaded_bytes = 0;
   int64_t stray_frees = 0;
   // The call of this number fails with this code; a sticky failure is that of all that follow.
   int64_t failing_call = -1;
@@ -156,6 +160,8 @@ class Device {
   // Host memory that is not pinned is read at once, and written before the call returns.
   int Copy(Stream& stream, void* to, const void* from, size_t bytes, bool is_upload,
            bool is_download) {
+    if (is_upload) ++controls.uploads, controls.uploaded_bytes += static_cast<int64_t>(bytes);
+    if (is_download) ++controls.downloads, controls.downloaded_bytes += static_cast<int64_t>(bytes);
     if (is_upload && !pinned.contains(from)) {
       const auto* first = static_cast<const char*>(from);
       Enqueue(stream, [to, staged = std::vector<char>(first, first + bytes)] {

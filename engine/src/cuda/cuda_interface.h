@@ -9,6 +9,7 @@
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
+#include "geometry/match_task.h"
 #include "input/hull_batch.h"
 #include "optimize/sweep_task.h"
 #include "relax/relaxation_task.h"
@@ -30,7 +31,7 @@ using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
                  HullBatch<SideOf<PlainPoints>>*, HullBatch<SideOf<fields::CellCentres>>*,
                  HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*,
-                 SweepTask*>;
+                 SweepTask*, MatchTask*>;
 
 extern "C" {
 

@@ -15,6 +15,7 @@
 #include "exec/cuda_executor.cuh"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
+#include "geometry/match_impl.h"
 #include "input/hull_batch_impl.h"
 #include "optimize/sweep_impl.h"
 #include "relax/label_tiles.cuh"
@@ -122,6 +123,14 @@ CudaResult Run(SweepTask& task) {
   CudaExecutor executor(task.should_stop);
   return QualitySweeps<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
                                                            : CudaResult::kStopped;
+}
+
+CudaResult Run(MatchTask& task) {
+  RequireMemory(
+      MatchBytes<CudaExecutor>(task),
+      "matching the faces of " + std::to_string(task.search.cubes.centre.size) + " cubes");
+  CudaExecutor executor(task.should_stop);
+  return FindCandidates(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
 // Runs `step` and turns what it throws into a result and a text.

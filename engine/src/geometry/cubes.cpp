@@ -10,23 +10,20 @@ namespace {
 constexpr double kMinVolumeScale = 0.7;
 constexpr double kMaxVolumeScale = 1.2;
 
-constexpr double kCornerSign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                      {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-
 }  // namespace
 
-Vec3d Cubes::VirtualVertex(int id) const {
-  const int cube = id / 8;
-  const double* sign = kCornerSign[id % 8];
-  Vec3d p = centre[cube];
-  for (int axis = 0; axis < 3; ++axis) {
-    p += frame[cube].axis[axis] * (sign[axis] * half_extent[cube][axis]);
-  }
-  return p;
+CubesView Cubes::view() const {
+  const auto count = static_cast<int64_t>(centre.size());
+  return {{centre.data(), count},
+          {frame.data(), count},
+          {half_extent.data(), count},
+          {mean_half.data(), count}};
 }
 
+Vec3d Cubes::VirtualVertex(int id) const { return view().VirtualVertex(id); }
+
 Vec3d Cubes::FaceNormal(int cube, int direction) const {
-  return frame[cube].axis[direction / 2] * (direction % 2 == 1 ? 1.0 : -1.0);
+  return view().FaceNormal(cube, direction);
 }
 
 Vec3d Cubes::FaceCentre(int cube, int direction) const {

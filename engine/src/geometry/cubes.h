@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "geometry/cubes_view.h"
 #include "relax/sites.h"
 #include "topology/primitives.h"
 
@@ -23,6 +24,8 @@ struct Cubes {
   Vec3d VirtualVertex(int id) const;
   Vec3d FaceNormal(int cube, int direction) const;
   Vec3d FaceCentre(int cube, int direction) const;
+  // Where bodies run; must not outlive this.
+  CubesView view() const;
 };
 
 // Scales every cube to its cell: the wanted size, corrected by the measured cell volume within

@@ -6,85 +6,56 @@
 #include <tuple>
 
 #include "base/sort_polling.h"
+#include "base/status_macros.h"
+#include "cuda/device_use.h"
+#include "geometry/face_candidates.h"
+#include "geometry/match_task.h"
 #include "geometry/point_bins.h"
 #include "topology/parallel_blocks.h"
 
 namespace amhex {
 namespace {
 
-// Cubes farther apart than this many of their sizes cannot share a face.
-constexpr double kMaxCentreDistance = 1.7;
-// Cosine between a face normal and the line of centres (about 53 degrees).
-constexpr double kMinFacing = 0.6;
-// Worst score (in four mean sizes) that is ever merged: the last level of match_and_merge.cpp.
-constexpr double kMaxScore = 0.8;
-// A link needs this many votes to count, and then halves the score.
+// A link needs this many votes to count.
 constexpr int kMinLinkVotes = 2;
-constexpr double kLinkFactor = 0.5;
 // Cubes per block of the parallel loop: about a millisecond.
 constexpr int64_t kCubesPerBlock = 256;
+constexpr int64_t kCandidatesPerBlock = 16384;
 
-class LinkTable {
- public:
-  explicit LinkTable(const std::vector<FaceLink>& links) {
-    for (const FaceLink& link : links) {
-      if (link.votes < kMinLinkVotes) continue;
-      const int64_t a = 6 * int64_t{link.site_a} + link.direction_a;
-      const int64_t b = 6 * int64_t{link.site_b} + link.direction_b;
-      pairs_.emplace_back(std::min(a, b), std::max(a, b));
-    }
-    std::sort(pairs_.begin(), pairs_.end());
+std::vector<LinkedFaces> LinkTable(const std::vector<FaceLink>& links) {
+  std::vector<LinkedFaces> table;
+  for (const FaceLink& link : links) {
+    if (link.votes < kMinLinkVotes) continue;
+    const int64_t a = 6 * int64_t{link.site_a} + link.direction_a;
+    const int64_t b = 6 * int64_t{link.site_b} + link.direction_b;
+    table.push_back({std::min(a, b), std::max(a, b)});
   }
-  bool Contains(int cube_a, int direction_a, int cube_b, int direction_b) const {
-    const int64_t a = 6 * int64_t{cube_a} + direction_a;
-    const int64_t b = 6 * int64_t{cube_b} + direction_b;
-    return std::binary_search(pairs_.begin(), pairs_.end(),
-                              std::pair{std::min(a, b), std::max(a, b)});
-  }
+  std::sort(table.begin(), table.end());
+  return table;
+}
 
- private:
-  std::vector<std::pair<int64_t, int64_t>> pairs_;
-};
+// eq. 5
+double ValueOf(const FaceFit& fit) {
+  return fit.distance * (2.0 - std::acos(fit.cosine) / std::numbers::pi);
+}
 
-void CollectBetween(const Cubes& cubes, const LinkTable& links, int a, int b,
-                    std::vector<FacePair>* pairs) {
-  const Vec3d d = cubes.centre[b] - cubes.centre[a];
-  const double distance = Norm(d);
+// Appends the pair unless its score is too bad.
+void Judge(const Cubes& cubes, const FaceCandidate& candidate, std::vector<FacePair>* pairs) {
+  const int a = candidate.cube_a, b = candidate.cube_b;
   const double size = cubes.mean_half[a] + cubes.mean_half[b];
-  if (distance > kMaxCentreDistance * size) return;
-  for (int u = 0; u < kDirectionCount; ++u) {
-    if (Dot(cubes.FaceNormal(a, u), d) < kMinFacing * distance) continue;
-    for (int v = 0; v < kDirectionCount; ++v) {
-      if (Dot(cubes.FaceNormal(b, v), d) > -kMinFacing * distance) continue;
-      const MatchScore match = ScoreFaces(cubes, a, u, b, v);
-      double score = match.value / (4 * size);
-      if (links.Contains(a, u, b, v)) score *= kLinkFactor;
-      if (score >= kMaxScore) continue;
-      pairs->push_back({score, a, b, static_cast<uint8_t>(u), static_cast<uint8_t>(v),
-                        static_cast<uint8_t>(match.rotation)});
-    }
-  }
+  double score = ValueOf(candidate.fit) / (4 * size);
+  if (candidate.is_linked != 0) score *= kLinkFactor;
+  if (score >= kMaxScore) return;
+  pairs->push_back({score, a, b, candidate.direction_a, candidate.direction_b,
+                    static_cast<uint8_t>(candidate.fit.rotation)});
 }
 
 }  // namespace
 
 MatchScore ScoreFaces(const Cubes& cubes, int cube_a, int direction_a, int cube_b,
                       int direction_b) {
-  std::array<Vec3d, 4> u, v;
-  for (int q = 0; q < 4; ++q) {
-    u[q] = cubes.VirtualVertex(8 * cube_a + kCubeFaces[direction_a][q]);
-    v[q] = cubes.VirtualVertex(8 * cube_b + kCubeFaces[direction_b][q]);
-  }
-  MatchScore best{1e300, 0};
-  for (int rotation = 0; rotation < 4; ++rotation) {
-    double sum = 0;
-    for (int q = 0; q < 4; ++q) sum += Norm(u[q] - v[(rotation + 4 - q) % 4]);
-    if (sum < best.value) best = {sum, rotation};
-  }
-  const double cosine = std::clamp(
-      Dot(cubes.FaceNormal(cube_a, direction_a), cubes.FaceNormal(cube_b, direction_b)), -1.0, 1.0);
-  best.value *= 2.0 - std::acos(cosine) / std::numbers::pi;  // eq. 5
-  return best;
+  const FaceFit fit = FitOfFaces(cubes.view(), cube_a, direction_a, cube_b, direction_b);
+  return {ValueOf(fit), fit.rotation};
 }
 
 CornerPairs CornersToMerge(const FacePair& pair) {
@@ -98,24 +69,34 @@ CornerPairs CornersToMerge(const FacePair& pair) {
 
 absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
                                                        const std::vector<FaceLink>& links,
-                                                       const RunContext& run) {
-  std::vector<FacePair> pairs;
-  const LinkTable link_table(links);
+                                                       const RunContext& run, DeviceUse* device) {
   const PointBins bins(cubes.centre, 1.0);
-  const auto collect = [&](int64_t begin, int64_t end, std::vector<FacePair>* found) {
-    for (auto a = static_cast<int>(begin); a < end; ++a) {
-      // A pair is collected from its larger cube (ties: smaller index), whose reach covers both.
-      const double reach = kMaxCentreDistance * 2 * cubes.mean_half[a];
-      bins.ForEachWithin(cubes.centre[a], reach, [&](int b) {
-        if (std::tuple(-cubes.mean_half[a], a) < std::tuple(-cubes.mean_half[b], b)) {
-          CollectBetween(cubes, link_table, a, b, found);
-        }
-      });
-    }
+  const std::vector<LinkedFaces> table = LinkTable(links);
+  MatchTask task{{cubes.view(), bins.view(), {table.data(), static_cast<int64_t>(table.size())}},
+                 {},
+                 [&run] { return run.ShouldStop(); }};
+  std::vector<FacePair> pairs;
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    AMHEX_RETURN_IF_ERROR(CollectFromBlocks(
+        cubes.count(), kCubesPerBlock, run, &pairs,
+        [&](int64_t begin, int64_t end, std::vector<FacePair>* found) {
+          for (auto a = static_cast<int32_t>(begin); a < end; ++a) {
+            task.search.VisitCandidates(
+                a, [&](const FaceCandidate& candidate) { Judge(cubes, candidate, found); });
+          }
+        }));
+    return true;
   };
-  const absl::Status status =
-      CollectFromBlocks(cubes.count(), kCubesPerBlock, run, &pairs, collect);
-  if (!status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(RunWhereChosen(device, &task, on_cpu).status());
+  // What a device found; nothing after the CPU.
+  const auto found_there = static_cast<int64_t>(task.candidates.size());
+  AMHEX_RETURN_IF_ERROR(
+      CollectFromBlocks(found_there, kCandidatesPerBlock, run, &pairs,
+                        [&](int64_t begin, int64_t end, std::vector<FacePair>* found) {
+                          for (int64_t i = begin; i < end; ++i) {
+                            Judge(cubes, task.candidates[static_cast<size_t>(i)], found);
+                          }
+                        }));
   SortPolling(pairs.begin(), pairs.end(), StopPoll(run), [](const FacePair& a, const FacePair& b) {
     return std::tuple(a.score, a.cube_a, a.cube_b, a.direction_a, a.direction_b) <
            std::tuple(b.score, b.cube_a, b.cube_b, b.direction_a, b.direction_b);

@@ -12,6 +12,8 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 // Two faces of neighbouring cubes in their best rotation.
 struct FacePair {
   double score = 0;  // eq. 5 over four mean cell sizes: 0 is perfect; lower is better
@@ -33,9 +35,11 @@ MatchScore ScoreFaces(const Cubes& cubes, int cube_a, int direction_a, int cube_
 CornerPairs CornersToMerge(const FacePair& pair);
 
 // All plausible pairs, ascending by (score, cubes, directions). Pairs that the fields link are
-// preferred. O(n log n) for bounded density. Fails only with the run's status.
+// preferred. O(n log n) for bounded density. On `device`, unless it is null, with the same bits.
+// Fails only with the run's status and with RunOnCuda's.
 absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
                                                        const std::vector<FaceLink>& links,
-                                                       const RunContext& run);
+                                                       const RunContext& run,
+                                                       DeviceUse* device = nullptr);
 
 }  // namespace amhex

@@ -5,6 +5,7 @@
 
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
+#include "cuda/device_use.h"
 #include "geometry/close_cuts.h"
 #include "geometry/cubes.h"
 #include "geometry/face_matching.h"
@@ -69,10 +70,11 @@ void CollectVertices(const Cubes& cubes, const MergeSets& sets, const StopPoll& 
 }  // namespace
 
 absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
-                                          const MeshingParams& /*params*/, RunContext& run) {
+                                          const MeshingParams& params, RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   const Cubes cubes = MaterializeCubes(sites);
   AMHEX_ASSIGN_OR_RETURN(const std::vector<FacePair> queue,
-                         CollectFacePairs(cubes, sites.links, run));
+                         CollectFacePairs(cubes, sites.links, run, &device));
   MergeSets sets(cubes);
   FaceMatches matches(cubes.count(), {-1, -1, -1, -1, -1, -1});
 
@@ -90,6 +92,7 @@ absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
   }
 
   MergedCubes merged;
+  merged.device_notes = device.notes();
   merged.matches.assign(matches.begin(), matches.end());
   CollectVertices(cubes, sets, poll, &merged);
   AMHEX_RETURN_IF_ERROR(LabelHullFaces(cubes, hull, run, &merged));

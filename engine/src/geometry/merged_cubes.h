@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -18,6 +19,7 @@ struct MergedCubes {
   std::vector<uint8_t> hull_faces;
   // [cube_count][direction] 6 * other cube + direction over there, or -1 while open.
   std::vector<std::array<int32_t, 6>> matches;
+  std::vector<std::string> device_notes;  // why steps that were to run on a device did not
 };
 
 }  // namespace amhex

@@ -25,7 +25,8 @@ class HullAsker {
   // Errors: CANCELLED, DEADLINE_EXCEEDED, and those of RunOnCuda.
   template <class Question>
   absl::StatusOr<std::vector<typename Question::Answer>> Ask(const Question& question) const {
-    HullBatch<Question> batch{queries_.view(), question, {}, [this] { return run_.ShouldStop(); }};
+    HullBatch<Question> batch{
+        queries_.view(), &queries_.resident(), question, {}, [this] { return run_.ShouldStop(); }};
     const auto on_cpu = [&batch] { return AnswerOnCpu(batch); };
     // On a device, fewer points cost more than they save (a guess: some ten microseconds for every
     // copy and launch, against two per point on the CPU).

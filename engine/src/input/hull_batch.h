@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "exec/resident_slot.h"
 #include "input/hull_view.h"
 
 namespace amhex {
@@ -55,6 +56,7 @@ struct IsNear {
 template <class Question>
 struct HullBatch {
   HullView hull;
+  ResidentSlot* resident = nullptr;  // the hull's, never null
   Question question;
   std::vector<typename Question::Answer> answers;  // out: by point; as they were unless it was done
   std::function<bool()> should_stop;               // may be empty; asked from several threads

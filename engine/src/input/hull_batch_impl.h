@@ -6,15 +6,28 @@
 #include <vector>
 
 #include "exec/executor.h"
+#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "input/hull_batch.h"
 
 namespace amhex {
 
-// Memory where bodies run.
+// The hull where bodies run, copied there by whoever asks first.
+template <class E>
+HullView ResidentHull(const HullView& hull, ResidentSlot& slot) {
+  return Resident<E>(slot, [&hull](UploadedArrays<E>& arrays) { return arrays.Upload(hull); });
+}
+// Memory of that copy that is still to be taken.
+template <class E>
+int64_t ResidentHullBytes(const HullView& hull, const ResidentSlot& slot) {
+  return slot != nullptr ? 0 : UploadedArrays<E>::Bytes(hull);
+}
+
+// Memory where bodies run, beyond what is there.
 template <class E, class Question>
 int64_t HullBatchBytes(const HullBatch<Question>& batch) {
-  return UploadedArrays<E>::Bytes(batch.hull) + UploadedArrays<E>::Bytes(batch.question.points) +
+  return ResidentHullBytes<E>(batch.hull, *batch.resident) +
+         UploadedArrays<E>::Bytes(batch.question.points) +
          batch.question.points.count() * static_cast<int64_t>(sizeof(typename Question::Answer));
 }
 
@@ -23,12 +36,12 @@ template <class E, class Question>
 bool AnswerBatch(E& executor, HullBatch<Question>& batch) {
   using Answer = typename Question::Answer;
   const int64_t count = batch.question.points.count();
+  const HullView hull = ResidentHull<E>(batch.hull, *batch.resident);
   UploadedArrays<E> arrays(executor);
   Buffer<E, Answer> answers = executor.template Alloc<Answer>(count);
   Question question = batch.question;
   question.points = arrays.Upload(question.points);
-  executor.ForEach("ask the hull", count,
-                   AskBody<Question>{arrays.Upload(batch.hull), question, answers.View()});
+  executor.ForEach("ask the hull", count, AskBody<Question>{hull, question, answers.View()});
   std::vector<Answer> host(static_cast<size_t>(count));
   executor.CopyOut(answers, count, host.data());
   if (executor.Stopped()) return false;

@@ -7,12 +7,14 @@
 
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
+#include "exec/resident_slot.h"
 #include "input/hull.h"
 #include "input/hull_view.h"
 
 namespace amhex {
 
-// Immutable after construction; all queries are const and safe from any number of threads.
+// Immutable after construction; all queries are const and safe from any number of threads. Only the
+// device's copy comes later, and goes with this.
 class HullQueries {
  public:
   // Triangles without area (see IsDegenerate in triangle_math.h) are left out: their points lie on
@@ -46,6 +48,8 @@ class HullQueries {
 
   // The same queries where bodies run; must not outlive this.
   const HullView& view() const { return view_; }
+  // For the device's copy of that view.
+  ResidentSlot& resident() const { return resident_; }
 
  private:
   using Node = HullNode;
@@ -68,6 +72,7 @@ class HullQueries {
   std::vector<Node> nodes_;
   std::vector<Dipole> dipoles_;  // per node
   HullView view_;                // of all of them
+  mutable ResidentSlot resident_;
 };
 
 }  // namespace amhex

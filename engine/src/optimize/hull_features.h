@@ -13,6 +13,7 @@
 
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
+#include "exec/resident_slot.h"
 #include "input/hull.h"
 #include "input/hull_queries.h"
 #include "optimize/feature_view.h"
@@ -47,6 +48,9 @@ class HullFeatures {
 
   // All of it where bodies run; must not outlive this.
   const FeatureView& view() const { return view_; }
+  // For the device's copies of the hull and of the rest of that view.
+  ResidentSlot& resident_hull() const { return hull_->queries->resident(); }
+  ResidentSlot& resident() const { return resident_; }
 
   // Closest point of the whole hull; its `triangle` is an index into the hull's triangles.
   HullPoint Closest(const Vec3d& p) const;
@@ -79,6 +83,7 @@ class HullFeatures {
   std::vector<CreaseView> crease_views_;
   std::vector<Vec3d> corner_positions_;
   FeatureView view_;
+  mutable ResidentSlot resident_;
 };
 
 }  // namespace amhex

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "optimize/sweep_task.h"
+
 namespace amhex {
 namespace {
 
@@ -61,6 +63,20 @@ PlacementView ViewOf(Placement& placement) {
 
 SweepMemory StartSweeps(int64_t vertex_count) {
   return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
+}
+
+SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& run) {
+  SweepTask task;
+  task.placement = ViewOf(placement);
+  task.resident = {&placement.features.resident_hull(), &placement.features.resident(),
+                   &placement.resident};
+  task.active = &memory.active;
+  task.step = &memory.step;
+  for (const std::vector<int32_t>& colour : placement.neighbourhoods.colours) {
+    task.colours.push_back(Viewed(colour));
+  }
+  task.should_stop = [&run] { return run.ShouldStop(); };
+  return task;
 }
 
 Placement PreparePlacement(CellComplex& complex, const HullFeatures& features) {

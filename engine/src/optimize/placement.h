@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
+#include "exec/resident_slot.h"
 #include "optimize/hull_features.h"
 #include "optimize/local_cells.h"
 #include "optimize/placement_view.h"
@@ -18,6 +19,7 @@
 namespace amhex {
 
 class DeviceUse;
+struct SweepTask;
 
 // What a sweep wants to know of every cell before it starts. Both follow from the positions of the
 // cell's vertices alone.
@@ -33,6 +35,7 @@ struct Placement {
   VertexConstraints constraints;
   CellSurvey survey;            // as of the last step that has ended
   DeviceUse* device = nullptr;  // where to sweep; null = on the CPU
+  ResidentSlot resident = {};   // for the device's copy of cells and neighbourhoods
 };
 // Cells must be of Figure 2; `complex` and `features` must outlive the placement. O(n log n).
 Placement PreparePlacement(CellComplex& complex, const HullFeatures& features);
@@ -46,6 +49,9 @@ struct SweepMemory {
   std::vector<float> step;      // [vertex_count] next trial step, edge lengths
 };
 SweepMemory StartSweeps(int64_t vertex_count);
+
+// What a device is given for any step on the placement, which with the memory must outlive it.
+SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& run);
 
 // Surveys all cells.
 void SurveyAllCells(Placement& placement);

@@ -43,13 +43,13 @@ struct PlacementView {
   AMHEX_HD const CellPattern& PatternOf(int64_t cell) const {
     return patterns[pattern_of_cell[cell]];
   }
-  // What bodies only read, but for the features.
+  // What stays as it is for as long as there are the same cells, but for the features.
   template <class Visit>
   void VisitArrays(const Visit& visit) {
     visit(cells), visit(hull_faces), visit(patterns), visit(pattern_of_cell);
     visit(cells_at.first), visit(cells_at.item);
     visit(hull_faces_at.first), visit(hull_faces_at.item);
-    visit(constraints), visit(face_normal);
+    visit(face_normal);
   }
 };
 

@@ -4,47 +4,20 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
-#include "optimize/move_judge.h"
+#include "base/status_macros.h"
+#include "cuda/device_use.h"
+#include "optimize/project_vertex.h"
+#include "optimize/sweep_task.h"
 
 namespace amhex {
 namespace {
 
-// Offsets below this many edge lengths are on the hull but for rounding.
-constexpr double kOnHull = 1e-9;
 constexpr size_t kVerticesPerBlock = 1024;
-// Shares of the way to the hull that are tried, in this order.
-constexpr std::array<double, 4> kFractions = {1.0, 0.7, 0.4, 0.15};
-// A move may cost a neighbourhood this share of its worst quality at once, even below the round's
-// floor, but never lead below kLowestFloor; the sweeps between the rounds regain it.
-constexpr double kAllowedShare = 0.75;
-constexpr double kLowestFloor = 0.25;
-
-bool ProjectVertex(const PlacementView& placement, int32_t v, double quality_floor) {
-  const VertexConstraint& constraint = placement.constraints[v];
-  if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return false;
-  const Vec3d start = placement.vertices[v];
-  const Vec3d target = Constrain(constraint, start, placement.features).point;
-  if (Norm(target - start) < kOnHull) return false;
-  LocalRoom room(static_cast<size_t>(placement.cells_at[v].size));
-  MoveJudge judge(placement, v, CornerPenalty{}, FoldWatch::kNone, room.data());
-  const double floor =
-      std::min(quality_floor, std::max(kLowestFloor, kAllowedShare * judge.score().minimum));
-  for (const double fraction : kFractions) {
-    const Vec3d place = fraction == 1.0 ? target : start + (target - start) * fraction;
-    if (judge.Permits(judge.Try(place), floor)) {
-      placement.vertices[v] = place;
-      return true;
-    }
-  }
-  return false;
-}
 
 double OffsetOf(const Placement& placement, size_t v) {
   const VertexConstraint& constraint = placement.constraints.vertex[v];
-  if (constraint.kind == Constraint::kFree || constraint.kind == Constraint::kFixed) return 0;
   const Vec3d& p = placement.complex.vertices[v];
   return Norm(Constrain(constraint, p, placement.features.view()).point - p);
 }
@@ -53,14 +26,23 @@ double OffsetOf(const Placement& placement, size_t v) {
 
 absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
                                       SweepMemory& memory, const RunContext& run) {
-  std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
-  const PlacementView view = ViewOf(placement);
-  const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
-    moved[v] = ProjectVertex(view, v, quality_floor);
-  });
-  if (!status.ok()) return status;
-  NoteMoves(moved, placement, memory);
-  return std::count(moved.begin(), moved.end(), 1);
+  SweepTask task = TaskFor(placement, memory, run);
+  task.projection_floor = quality_floor;
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
+    const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
+      if (!IsOnHull(task.placement, v)) return;
+      LocalRoom room(static_cast<size_t>(task.placement.cells_at[v].size));
+      moved[v] = ProjectVertex(task.placement, v, quality_floor, room.data());
+    });
+    if (!status.ok()) return status;
+    NoteMoves(moved, placement, memory);
+    task.projected_count = std::count(moved.begin(), moved.end(), 1);
+    return true;
+  };
+  AMHEX_RETURN_IF_ERROR(RunWhereChosen(placement.device, &task, on_cpu).status());
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  return task.projected_count;
 }
 
 void WeakenUnreached(Placement& placement, double tolerance) {

@@ -40,11 +40,9 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
 
 absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t count,
                        SweepMemory& memory, const RunContext& run) {
-  SweepTask task{ViewOf(placement), rules, count, &memory.active, &memory.step, {}, {}};
-  for (const std::vector<int32_t>& colour : placement.neighbourhoods.colours) {
-    task.colours.push_back({colour.data(), static_cast<int64_t>(colour.size())});
-  }
-  task.should_stop = [&run] { return run.ShouldStop(); };
+  SweepTask task = TaskFor(placement, memory, run);
+  task.rules = rules;
+  task.most_sweeps = count;
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     for (int32_t sweep = 0; sweep < count; ++sweep) {
       AMHEX_ASSIGN_OR_RETURN(const int64_t moved, SweepQuality(placement, rules, memory, run));

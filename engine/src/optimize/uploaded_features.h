@@ -1,5 +1,6 @@
 // The hull's features with their arrays where bodies run: those of all patches one behind the
-// other, so that many patches cost no more copies than one.
+// other, so that many patches cost no more copies than one. The hull as a whole has its own copy
+// (hull_batch_impl.h).
 #pragma once
 
 #include <cstdint>
@@ -43,8 +44,9 @@ class FeatureUpload {
  public:
   explicit FeatureUpload(const FeatureView& host) : host_(host) {
     // Winding numbers are not asked for, so the dipoles stay.
-    Append(host.hull);
-    for (int64_t i = 0; i < host.patches.size; ++i) Append(host.patches[i]);
+    for (int64_t i = 0; i < host.patches.size; ++i) {
+      if (!IsWholeHull(host.patches[i])) Append(host.patches[i]);
+    }
     for (int64_t i = 0; i < host.creases.size; ++i) {
       segments_.Append(host.creases[i].segments.segments);
       segment_nodes_.Append(host.creases[i].segments.nodes);
@@ -60,15 +62,18 @@ class FeatureUpload {
            host_.corners.size * static_cast<int64_t>(sizeof(Vec3d));
   }
 
-  // Once.
+  // Given the copy of the hull. Once.
   template <class E>
-  FeatureView Upload(UploadedArrays<E>& arrays) {
+  FeatureView Upload(UploadedArrays<E>& arrays, const HullView& hull_there) {
     triangles_.Upload(arrays), normals_.Upload(arrays), original_.Upload(arrays);
     nodes_.Upload(arrays), segments_.Upload(arrays), segment_nodes_.Upload(arrays);
     FeatureView there;
-    there.hull = Take(host_.hull);
+    there.hull = hull_there;
     std::vector<HullView> patches;
-    for (int64_t i = 0; i < host_.patches.size; ++i) patches.push_back(Take(host_.patches[i]));
+    for (int64_t i = 0; i < host_.patches.size; ++i) {
+      const HullView& patch = host_.patches[i];
+      patches.push_back(IsWholeHull(patch) ? hull_there : Take(patch));
+    }
     std::vector<CreaseView> creases;
     for (int64_t i = 0; i < host_.creases.size; ++i) {
       const CreaseView& crease = host_.creases[i];
@@ -87,6 +92,10 @@ class FeatureUpload {
   template <class T>
   static ArrayView<const T> ViewOf(const std::vector<T>& values) {
     return {values.data(), static_cast<int64_t>(values.size())};
+  }
+  // A hull without creases is one patch, and shares its arrays.
+  bool IsWholeHull(const HullView& patch) const {
+    return patch.triangles.data == host_.hull.triangles.data;
   }
   void Append(const HullView& part) {
     triangles_.Append(part.triangles), normals_.Append(part.normals);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
+#include <tuple>
 
 #include "geometry/cubes.h"
 #include "geometry/face_matching.h"
@@ -37,6 +39,14 @@ FacePair PairOf(const Cubes& cubes, int a, int direction_a, int b, int direction
           static_cast<uint8_t>(score.rotation)};
 }
 
+TEST(MatchScore, BodiesKnowTheCornersOfEveryFace) {
+  for (int direction = 0; direction < kDirectionCount; ++direction) {
+    for (int q = 0; q < 4; ++q) {
+      EXPECT_EQ(CornerOfFace(direction, q), kCubeFaces[direction][q]) << direction << " " << q;
+    }
+  }
+}
+
 TEST(MatchScore, FacingPairsScoreTheirPlainVertexDistance) {
   const Cubes cubes = MaterializeCubes(GridSites(2, 1.25));
   // Cube 1 lies 1.25 to the right of cube 0: each of four corner pairs is 0.25 apart.
@@ -48,6 +58,41 @@ TEST(MatchScore, PairsOfOneDirectionScoreTwice) {
   // Both look to +x; the corners are one edge apart in the best rotation.
   const double distance = 4 * 1.0;
   EXPECT_GE(ScoreFaces(cubes, 0, 1, 1, 1).value, 2 * distance - 1e-9);
+}
+
+TEST(FacePairs, AreAllThatScoreWellAmongCubesOfAnyOrientation) {
+  // Turned by up to a quarter about one axis, and shaken.
+  Sites sites = GridSites(3, 1.1);
+  for (size_t i = 0; i < sites.position.size(); ++i) {
+    const double turn = 0.06 * static_cast<double>(i);
+    const double c = std::cos(turn), s = std::sin(turn);
+    sites.frame[i].axis = {Vec3d{c, s, 0}, Vec3d{-s, c, 0}, Vec3d{0, 0, 1}};
+    sites.position[i] += Vec3d{s, c, s * c} * 0.3;
+  }
+  const Cubes cubes = MaterializeCubes(sites);
+  const auto pairs = CollectFacePairs(cubes, {}, RunContext());
+  ASSERT_TRUE(pairs.ok());
+  std::set<std::tuple<double, int, int>> found, expected;
+  for (const FacePair& pair : *pairs) {
+    found.emplace(pair.score, 6 * pair.cube_a + pair.direction_a,
+                  6 * pair.cube_b + pair.direction_b);
+  }
+  for (int a = 0; a < cubes.count(); ++a) {
+    for (int b = a + 1; b < cubes.count(); ++b) {
+      const Vec3d d = cubes.centre[b] - cubes.centre[a];
+      if (Norm(d) > 1.7) continue;
+      for (int u = 0; u < 6; ++u) {
+        for (int v = 0; v < 6; ++v) {
+          const bool are_facing = Dot(cubes.FaceNormal(a, u), d) >= 0.6 * Norm(d) &&
+                                  Dot(cubes.FaceNormal(b, v), d) <= -0.6 * Norm(d);
+          const double score = ScoreFaces(cubes, a, u, b, v).value / 4;
+          if (are_facing && score < 0.8) expected.emplace(score, 6 * a + u, 6 * b + v);
+        }
+      }
+    }
+  }
+  EXPECT_GT(found.size(), sites.position.size());
+  EXPECT_EQ(found, expected);
 }
 
 TEST(MergeSets, TwoByTwoByTwoCubesShareOneCentreVertexAndTotalTwentySeven) {

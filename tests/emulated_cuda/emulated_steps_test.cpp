@@ -1,0 +1,213 @@
+// What the steps before and after the relaxation take of a device, and how often.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "amhex/mesher.h"
+#include "cuda/device_use.h"
+#include "emulated_cuda/emulated_cuda_fixture.h"
+#include "exec/cpu_executor.h"
+#include "exec/uploaded_arrays.h"
+#include "fields/phase_field.h"
+#include "fixtures/solids.h"
+#include "geometry/face_matching.h"
+#include "input/ask_hull.h"
+#include "optimize/project_to_hull.h"
+#include "optimize/raise_quality.h"
+#include "support/grid_complex.h"
+#include "support/hull_of_mesh.h"
+#include "unit/fields/field_fixtures.h"
+
+namespace amhex {
+namespace {
+
+class EmulatedSteps : public EmulatedDeviceTest {};
+
+// Each solver of the fields, on a device that is too small and on one that is not.
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenStopped) {
+  using namespace fields;  // NOLINT: all that follows is from there
+  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
+  ASSERT_TRUE(solved.ok);
+  const ProgressSlice slice(solved.run, 0, 1);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  OrientationSettings orientation;
+  orientation.device = &*device;
+  orientation.coarse_sweeps = 4;
+  SizeSettings size;
+  LatticeSettings lattice;
+  PhaseSettings phase;
+  phase.rounds = 1;
+  size.device = lattice.device = phase.device = &*device;
+  const SolvedFields& s = solved;
+  const std::function<absl::Status()> solvers[] = {
+      [&] { return SolveOrientationField(s.grid, {}, orientation, slice).status(); },
+      [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice).status(); },
+      [&] { return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice).status(); },
+      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice).status(); }};
+  for (const auto& solve : solvers) {
+    device_->Restart();
+    controls().capacity = 1;
+    const double estimate = Announced(solve());
+    EXPECT_EQ(controls().peak, 0);
+    device_->Restart();
+    const absl::Status solution = solve();
+    ASSERT_TRUE(solution.ok()) << solution;
+    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+    EXPECT_EQ(controls().used, 0);
+    // Solves end at their goal, long before the most iterations that they may take.
+    EXPECT_LT(controls().replays, 200);
+  }
+  solved.run.RequestStop();
+  for (const auto& solve : solvers) {
+    EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
+    EXPECT_EQ(controls().used, 0);
+  }
+}
+
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOnce) {
+  std::optional<Hull> hull = testing_support::HullOfMesh(fixtures::MakeTorus(3, 1.2, 0.3));
+  const std::vector<Vec3d> points = hull->vertices;
+  const auto count = static_cast<int64_t>(points.size());
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const auto ask = [&] {
+    const HullAsker asker(*hull->queries, &*device, run);
+    return asker.Ask(SideOf<PlainPoints>{{{points.data(), count}}}).status();
+  };
+  controls().capacity = 1;
+  const double estimate = Announced(ask());
+  EXPECT_EQ(controls().uploads, 0);
+  device_->Restart();
+  ASSERT_TRUE(ask().ok());
+  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+  // The hull stays for whoever asks next.
+  const int64_t resident = controls().used;
+  EXPECT_GE(resident, UploadedArrays<CpuExecutor>::Bytes(hull->queries->view()));
+  device_->Restart();
+  ASSERT_TRUE(ask().ok());
+  EXPECT_EQ(controls().uploads, 1);
+  EXPECT_EQ(controls().uploaded_bytes, count * static_cast<int64_t>(sizeof(Vec3d)));
+  EXPECT_EQ(controls().downloads, 1);
+  EXPECT_EQ(controls().downloaded_bytes, count * static_cast<int64_t>(sizeof(HullSide)));
+  EXPECT_EQ(controls().used, resident);
+  run.RequestStop();
+  EXPECT_EQ(ask().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(controls().used, resident);
+  hull.reset();
+  EXPECT_EQ(controls().used, 0);
+  EXPECT_EQ(controls().stray_frees, 0);
+}
+
+// A shaken grid of cells in a box, and what placing its vertices needs.
+struct ShakenBox {
+  Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({6, 5, 4}, 0.5));
+  HullFeatures features{hull};
+  CellComplex complex = testing_support::GridComplex({6, 5, 4});
+  Placement placement;
+  SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
+
+  explicit ShakenBox(DeviceUse* device) : placement(Prepare()) { placement.device = device; }
+  Placement Prepare() {
+    testing_support::Shake(complex, 0.3);
+    return PreparePlacement(complex, features);
+  }
+  absl::Status Sweep(const RunContext& run) {
+    return RunSweeps(placement, {QualityAim::kMinimum, 0.9, 0.5}, 2, memory, run);
+  }
+  absl::Status Project(const RunContext& run) {
+    return ProjectToHull(placement, 0.1, memory, run).status();
+  }
+};
+
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForPlacingAsEstimatedAndLeavesAllAsItWasWhenItFails) {
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const std::vector<Vec3d> before = ShakenBox(nullptr).complex.vertices;
+  for (const auto step : {&ShakenBox::Sweep, &ShakenBox::Project}) {
+    double estimate = 0;
+    {
+      ShakenBox box(&*device);
+      controls().capacity = 1;
+      estimate = Announced((box.*step)(run));
+      EXPECT_EQ(box.complex.vertices, before);
+    }
+    for (const int64_t call : {20, 60, 90}) {
+      device_->Restart();
+      ShakenBox box(&*device);
+      controls().failing_call = call;
+      EXPECT_EQ((box.*step)(run).code(), absl::StatusCode::kInternal) << "call " << call;
+      EXPECT_EQ(box.complex.vertices, before);
+    }
+    EXPECT_EQ(controls().used, 0);
+    device_->Restart();
+    {
+      ShakenBox box(&*device);
+      ASSERT_TRUE((box.*step)(run).ok());
+      EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+      EXPECT_NE(box.complex.vertices, before);
+    }
+    EXPECT_EQ(controls().used, 0);
+    EXPECT_EQ(controls().stray_frees, 0);
+  }
+  {
+    ShakenBox box(&*device);
+    run.RequestStop();
+    EXPECT_EQ(box.Sweep(run).code(), absl::StatusCode::kCancelled);
+    EXPECT_EQ(box.Project(run).code(), absl::StatusCode::kCancelled);
+  }
+  EXPECT_EQ(controls().used, 0);
+}
+
+TEST_F(EmulatedSteps, StepsOfPlacingUploadOnlyWhatMayHaveChanged) {
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  const RunContext run;
+  ShakenBox box(&*device);
+  ASSERT_TRUE(box.Project(run).ok());
+  const int64_t resident = controls().used;
+  for (const auto step : {&ShakenBox::Sweep, &ShakenBox::Project, &ShakenBox::Sweep}) {
+    device_->Restart();
+    ASSERT_TRUE((box.*step)(run).ok());
+    constexpr int64_t kPerVertex =
+        sizeof(Vec3d) + sizeof(VertexConstraint) + sizeof(uint8_t) + sizeof(float);
+    constexpr int64_t kPerCell = sizeof(float) + sizeof(uint8_t);
+    EXPECT_EQ(controls().uploaded_bytes,
+              kPerVertex * static_cast<int64_t>(box.complex.vertices.size()) +
+                  kPerCell * static_cast<int64_t>(box.complex.cells.size()));
+    EXPECT_EQ(controls().used, resident);
+  }
+}
+
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForMatchingAsEstimatedAndGivesItBackWhenStopped) {
+  Sites sites;
+  for (int i = 0; i < 1000; ++i) {
+    sites.position.push_back({double(i % 10), double(i / 10 % 10), double(i / 100)});
+    sites.frame.push_back({});
+    sites.size.push_back({1, 1, 1});
+    sites.cell_volume.push_back(0);
+  }
+  const Cubes cubes = MaterializeCubes(sites);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const auto match = [&] { return CollectFacePairs(cubes, {}, run, &*device).status(); };
+  controls().capacity = 1;
+  const double estimate = Announced(match());
+  device_->Restart();
+  ASSERT_TRUE(match().ok());
+  // Lattices that are not as regular have more candidates, so that some room is left here.
+  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.25);
+  EXPECT_EQ(controls().used, 0);
+  run.RequestStop();
+  EXPECT_EQ(match().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(controls().used, 0);
+}
+
+}  // namespace
+}  // namespace amhex
