@@ -43,7 +43,7 @@ constexpr int kLeastClosed = 2;  // where several are started
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.
 constexpr int64_t kMostOpenFacesClosed = 600;
-constexpr int64_t kMostOthersPlaced = 400;
+constexpr int64_t kMostOthersPlaced = 600;
 
 // Less loss than this ends the search among the placed ones.
 constexpr double kGoodLoss = 0.02;

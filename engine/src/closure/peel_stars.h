@@ -13,11 +13,12 @@ namespace amhex {
 // vertices straightens most of them; where they do not move any more, none may.
 enum class StarFolds : uint8_t { kAllowed, kRefused };
 
-// For every star inside the mesh (a vertex of pyramids and tetrahedra alone): looks among its walls
-// for hexahedra, hexprisms, prisms and slices that have most of their faces there, and puts them in
-// as long as that saves cells and what remains of the star stays good. A closed complex stays
-// closed and covers the same space; its hull faces stay. Linear in the number of cells. Errors:
-// CANCELLED, DEADLINE_EXCEEDED.
+// For every star (a vertex of pyramids and tetrahedra alone): looks among its walls for hexahedra,
+// hexprisms, prisms and slices that have most of their faces there, and puts them in as long as
+// that saves cells and what remains of the star stays good. A closed complex stays closed. Away
+// from the hull it covers the same space; stars at the hull may get other hull faces
+// (recap_star.h), which moves the hull by up to a sixth of an edge length there. Linear in the
+// number of cells. Errors: CANCELLED, DEADLINE_EXCEEDED.
 absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds folds,
                                       const RunContext& run);
 

@@ -117,6 +117,51 @@ TEST(PeelStars, KeepsSpaceHullAndClosedness) {
   }
 }
 
+// Replaces cells of a closed mesh by one star around `apex`, which lies on their part of the hull.
+CellComplex WithStarAtHull(const CellComplex& complex, const std::vector<int>& cells,
+                           const Vec3d& apex) {
+  WorkingMesh mesh(complex);
+  std::vector<CellFace> walls;
+  for (const int cell : cells) {
+    for (const CellFace& face : FacesOf(mesh.corners(cell))) {
+      const int32_t behind = mesh.Across(face);
+      if (behind == WorkingMesh::kHull) continue;
+      if (std::find(cells.begin(), cells.end(), behind) == cells.end()) walls.push_back(face);
+    }
+  }
+  for (const int cell : cells) mesh.RemoveCell(cell);
+  const int v = mesh.AddVertex(apex);
+  for (const CellFace& face : walls) mesh.AddCell(MakePyramid(face.v, v));
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+TEST(PeelStars, AStarWithItsApexOnTheHullBecomesTheCellsThatWereThere) {
+  RunContext run;
+  // One cell, and three in a row, in the middle of the upper side.
+  const CellComplex grid = GridComplex({5, 3, 2});
+  for (const std::vector<int>& cells : {std::vector<int>{22}, std::vector<int>{21, 22, 23}}) {
+    const CellComplex star = WithStarAtHull(grid, cells, {2.5, 1.5, 2.0});
+    ASSERT_EQ(star.cells.size(), 32 + 2 * cells.size());
+    const auto peeled = PeelStars(star, StarFolds::kAllowed, run);
+    ASSERT_TRUE(peeled.ok());
+    EXPECT_EQ(peeled->cells.size(), 30U);
+    EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 30);
+    EXPECT_EQ(peeled->hull_faces.size(), grid.hull_faces.size());
+    EXPECT_NEAR(Volume(*peeled), 30, 1e-9);
+    EXPECT_FALSE(WorkingMesh(*peeled).HasOpenFaces());
+  }
+}
+
+TEST(PeelStars, KeepsAnApexThatHoldsTheHullUp) {
+  RunContext run;
+  const CellComplex star = WithStarAtHull(GridComplex({5, 3, 2}), {22}, {2.5, 1.5, 2.3});
+  const auto peeled = PeelStars(star, StarFolds::kAllowed, run);
+  ASSERT_TRUE(peeled.ok());
+  EXPECT_EQ(peeled->cells, star.cells);
+  EXPECT_EQ(peeled->hull_faces.size(), star.hull_faces.size());
+}
+
 TEST(PeelStars, StopsWhenAsked) {
   RunContext run;
   run.RequestStop();
