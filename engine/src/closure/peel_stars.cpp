@@ -1,7 +1,6 @@
 #include "closure/peel_stars.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -11,8 +10,6 @@
 
 namespace amhex {
 namespace {
-
-constexpr int kStarsPerStopCheck = 64;
 
 bool IsPointed(PrimitiveType type) {
   return type == PrimitiveType::kPyramid || type == PrimitiveType::kTetrahedron;
@@ -43,12 +40,9 @@ absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds fold
                                       const RunContext& run) {
   WorkingMesh mesh(complex);
   const auto cells_at = mesh.CellsAtVertices();
-  int stars = 0;
   for (int32_t v = 0; v < static_cast<int32_t>(cells_at.size()); ++v) {
     if (!IsApex(mesh, cells_at[v])) continue;
-    if (++stars % kStarsPerStopCheck == 0) {
-      if (absl::Status status = run.CheckStop(); !status.ok()) return status;
-    }
+    if (absl::Status status = run.CheckStop(); !status.ok()) return status;
     PeelStar(v, cells_at[v], folds, &mesh);
   }
   return mesh.ToComplex();

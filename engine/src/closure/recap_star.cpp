@@ -21,12 +21,12 @@ constexpr double kMinAgreement = 0.5;
 constexpr double kMinGain = 0.1;
 
 // How many triangles the cuts of a polygon may have: all up to 6 vertices, few up to 8, then as few
-// as there can be, or there would be thousands of ways.
+// as there can be. So there are 192 ways at most, where there could be thousands.
 size_t MostTriangles(size_t rim_size) {
   if (rim_size <= 6) return rim_size;
   return rim_size <= 8 ? 2 : rim_size % 2;
 }
-constexpr size_t kMostRimVertices = 12;
+constexpr size_t kMostRimVertices = 10;
 
 using Edge = std::array<int32_t, 2>;
 
