@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "closure/working_mesh.h"
+#include "optimize/cell_quality.h"
 #include "support/grid_complex.h"
 
 namespace amhex {
@@ -150,6 +151,38 @@ TEST(PeelStars, AStarWithItsApexOnTheHullBecomesTheCellsThatWereThere) {
     EXPECT_EQ(peeled->hull_faces.size(), grid.hull_faces.size());
     EXPECT_NEAR(Volume(*peeled), 30, 1e-9);
     EXPECT_FALSE(WorkingMesh(*peeled).HasOpenFaces());
+  }
+}
+
+double Loss(const CellComplex& complex) {
+  double loss = 0;
+  for (const CellCorners& cell : complex.cells) loss += 1 - CellQuality(cell, complex.vertices);
+  return loss;
+}
+
+TEST(PeelStars, OfStarsAtTheHullLeavesNothingOpenAndNeverMoreToLack) {
+  RunContext run;
+  CellComplex grid = GridComplex({5, 5, 2});
+  testing_support::Shake(grid, 0.08);
+  // On the upper side: a cell, rows of two and three, a square.
+  const std::vector<std::vector<int>> bowls = {{37}, {37, 38}, {36, 37, 38}, {36, 37, 41, 42}};
+  for (const std::vector<int>& cells : bowls) {
+    Vec3d middle;
+    for (const int cell : cells) {
+      for (int i = 4; i < 8; ++i) {
+        middle += grid.vertices[grid.cells[cell][i]] / (4.0 * static_cast<double>(cells.size()));
+      }
+    }
+    for (const double height : {-0.25, -0.1, 0.0, 0.1, 0.25}) {
+      const CellComplex star = WithStarAtHull(grid, cells, middle + Vec3d{0, 0, height});
+      const auto peeled = PeelStars(star, StarFolds::kRefused, run);
+      ASSERT_TRUE(peeled.ok());
+      EXPECT_FALSE(WorkingMesh(*peeled).HasOpenFaces());
+      EXPECT_LE(Loss(*peeled), Loss(star));
+      for (const CellCorners& cell : peeled->cells) {
+        EXPECT_GT(CellQuality(cell, peeled->vertices), 0);
+      }
+    }
   }
 }
 
