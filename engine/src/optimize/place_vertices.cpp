@@ -31,6 +31,9 @@ constexpr int kEvenSweeps = 8;
 constexpr int kAverageSweeps = 40;
 constexpr double kEvenTarget = 0.6;
 constexpr double kAverageTarget = 0.99;
+// No cell that is better falls below this: above what is refilled (refill_places), or there would
+// be work for it.
+constexpr double kAverageFloor = 0.31;
 constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
 // Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
 // of its neighbourhood, and its knee follows the minimum as it rises. First broadly, which evens
@@ -76,7 +79,7 @@ class Placer {
     // Good cells may give way where the sum gains; poor ones and the minimum may not.
     const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
     status = Sweep({QualityAim::kAverage, kAverageTarget,
-                    std::clamp(minimum, kUnbearable, kGoodMinimum), kAveragePenalty},
+                    std::clamp(minimum, kAverageFloor, kGoodMinimum), kAveragePenalty},
                    kAverageSweeps);
     Report(1.0);
     return status;

@@ -23,7 +23,7 @@ namespace amhex {
 namespace {
 
 // Cells below this are poor: their places are opened.
-constexpr double kPoor = 0.28;
+constexpr double kPoor = 0.30;
 // What is tried, until no cell is poor any more; the best of it is kept.
 enum class Remedy : uint8_t {
   kMove,    // the cells stay, vertices move
@@ -59,7 +59,7 @@ constexpr double kFreeOpenings = 150;
 constexpr double kOpeningsPerCell = 0.02;
 
 // A place is better if what its cells lack to kWanted, squared, falls to this share.
-constexpr double kWanted = 0.3;
+constexpr double kWanted = 0.32;
 constexpr double kWorthwhileShare = 0.8;
 // New boundary faces and moved vertices may cut off or add this many cells; a part of the solid
 // that is lost shows in more.
