@@ -18,6 +18,7 @@
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/site_grid.h"
+#include "optimize/follow_hull.h"
 #include "optimize/improve_mesh.h"
 #include "optimize/raise_quality.h"
 #include "optimize/refill_places.h"
@@ -82,12 +83,14 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
-// A placed trial with its poor places refilled.
+// A placed trial with its poor places refilled and its boundary drawn to the hull.
 absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
                                              const Improvement& with, RunContext& run) {
   for (int attempt = 1;; ++attempt) {
     AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                            RefillPlaces(placed, with.hull, with.features, with.params, run));
+    AMHEX_ASSIGN_OR_RETURN(refilled,
+                           FollowHull(std::move(refilled), with.hull, with.features, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll).valid()) return refilled;

@@ -1,0 +1,319 @@
+#include "optimize/hull_deviation.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "absl/container/flat_hash_set.h"
+#include "input/hull_queries.h"
+#include "input/triangle_math.h"
+#include "optimize/segment_queries.h"
+#include "output/surface_distance.h"
+
+namespace amhex {
+namespace {
+
+// As the statistics of a result have it (output/mesh_statistics, output/sharp_edges).
+constexpr double kSampleSpacing = 1.0 / 3.0;
+constexpr double kPointSpacing = 0.25;
+constexpr double kCreaseSpacing = 0.25;
+// What is wanted of a mesh: the larger of these.
+constexpr double kShareOfDiagonal = 0.005;
+constexpr double kShareOfEdge = 1.0 / 6.0;
+constexpr double kFreeShare = 0.6;  // of the limit
+// Samples so far beyond the faces of a vertex may still be nearest to them.
+constexpr double kBeyondFaces = 0.35;
+constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
+constexpr double kBinSize = 1.0;
+
+std::vector<Vec3d> HullPoints(const Hull& hull) {
+  std::vector<Vec3d> points = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
+  // One of the input's own points in each cube of a grid: they are on ridges and tips.
+  absl::flat_hash_set<std::array<int32_t, 3>> taken;
+  for (const Vec3d& p : hull.input_points) {
+    std::array<int32_t, 3> cube;
+    for (int a = 0; a < 3; ++a) cube[a] = static_cast<int32_t>(std::floor(p[a] / kPointSpacing));
+    if (taken.insert(cube).second) points.push_back(p);
+  }
+  return points;
+}
+
+std::vector<Vec3d> CreasePoints(const FeatureView& features) {
+  std::vector<Vec3d> points;
+  for (int64_t c = 0; c < features.creases.size; ++c) {
+    const ArrayView<const LineSegment> segments = features.creases[c].segments.segments;
+    for (int64_t i = 0; i < segments.size; ++i) {
+      const LineSegment& segment = segments[i];
+      const Vec3d along = segment.second - segment.first;
+      const int count = std::max(1, static_cast<int>(std::ceil(Norm(along) / kCreaseSpacing)));
+      for (int k = 0; k < count; ++k) {
+        points.push_back(segment.first + along * ((k + 0.5) / count));
+      }
+    }
+  }
+  return points;
+}
+
+Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
+  Vec3d sum;
+  for (int j = 0; j < face.count; ++j) sum += vertices[face.v[j]];
+  return sum / static_cast<double>(face.count);
+}
+
+std::vector<Vec3d> MiddlesOf(const CellComplex& complex) {
+  std::vector<Vec3d> middles;
+  middles.reserve(complex.hull_faces.size());
+  for (const CellFace& face : complex.hull_faces)
+    middles.push_back(MiddleOf(face, complex.vertices));
+  return middles;
+}
+
+// Calls visit(a, b, c) for the triangles of a face, of a quad's around its middle.
+template <class Visit>
+void VisitTriangles(const Vec3d* corner, int count, const Visit& visit) {
+  if (count == 3) return visit(corner[0], corner[1], corner[2]);
+  const Vec3d middle = (corner[0] + corner[1] + corner[2] + corner[3]) / 4.0;
+  for (int j = 0; j < 4; ++j) visit(corner[j], corner[(j + 1) % 4], middle);
+}
+
+struct FaceCorners {
+  int count = 0;
+  Vec3d corner[4];
+};
+FaceCorners CornersOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
+  FaceCorners corners{face.count, {}};
+  for (int j = 0; j < face.count; ++j) corners.corner[j] = vertices[face.v[j]];
+  return corners;
+}
+
+void SortWorstFirst(std::vector<Gap>* gaps) {
+  std::stable_sort(gaps->begin(), gaps->end(),
+                   [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
+}
+
+}  // namespace
+
+DeviationLimits LimitsFor(const Hull& hull) {
+  DeviationLimits limits;
+  limits.limit = std::max(kShareOfDiagonal * hull.box.Diagonal(), kShareOfEdge);
+  limits.free = kFreeShare * limits.limit;
+  return limits;
+}
+
+HullSampling::HullSampling(const Hull& hull, const Placement& placement)
+    : hull_(hull),
+      placement_(placement),
+      points_(HullPoints(hull)),
+      crease_points_(CreasePoints(placement.features.view())),
+      face_middles_(MiddlesOf(placement.complex)),
+      point_index_(points_, kBinSize),
+      crease_index_(crease_points_, kBinSize),
+      face_index_(face_middles_, kBinSize) {}
+
+std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll) const {
+  const CellComplex& complex = placement_.complex;
+  std::vector<Vec3d> vertices;
+  std::vector<std::array<int32_t, 3>> triangles;
+  for (const CellFace& face : complex.hull_faces) {
+    const FaceCorners corners = CornersOf(face, complex.vertices);
+    VisitTriangles(corners.corner, corners.count,
+                   [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+                     const auto first = static_cast<int32_t>(vertices.size());
+                     vertices.insert(vertices.end(), {a, b, c});
+                     triangles.push_back({first, first + 1, first + 2});
+                   });
+  }
+  const HullQueries boundary(vertices, triangles, poll);
+  std::vector<Gap> found(points_.size() + face_middles_.size());
+  tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
+    poll.At(static_cast<int64_t>(i));
+    const bool is_on_hull = i < points_.size();
+    const Vec3d& p = is_on_hull ? points_[i] : face_middles_[i - points_.size()];
+    const HullQueries& other = is_on_hull ? boundary : *hull_.queries;
+    if (other.IsWithin(p, distance)) return;
+    const HullPoint nearest = other.Closest(p);
+    found[i] = {p, nearest.point, nearest.distance};
+  });
+  std::erase_if(found, [&](const Gap& gap) { return gap.distance <= distance; });
+  SortWorstFirst(&found);
+  return found;
+}
+
+std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance) const {
+  std::vector<Gap> gaps;
+  if (crease_points_.empty()) return gaps;
+  const CellComplex& complex = placement_.complex;
+  std::vector<LineSegment> edges;
+  for (const CellFace& face : complex.hull_faces) {
+    for (int j = 0; j < face.count; ++j) {
+      const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
+      if (a < b) edges.push_back({complex.vertices[a], complex.vertices[b]});
+    }
+  }
+  const SegmentQueries queries(std::move(edges));
+  for (const Vec3d& p : crease_points_) {
+    const SegmentPoint nearest = queries.Closest(p, hull_.box.Diagonal());
+    if (nearest.segment >= 0 && nearest.distance > distance) {
+      gaps.push_back({p, nearest.point, nearest.distance});
+    }
+  }
+  SortWorstFirst(&gaps);
+  return gaps;
+}
+
+VertexDeviation::VertexDeviation(const HullSampling& sampling, const DeviationLimits& limits,
+                                 int32_t vertex)
+    : sampling_(sampling), limits_(limits), vertex_(vertex) {
+  const Placement& placement = sampling.placement();
+  const std::vector<Vec3d>& vertices = placement.complex.vertices;
+  for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
+    const CellFace& face = placement.complex.hull_faces[f];
+    int first = 0;
+    while (face.v[first] != vertex) ++first;
+    Fan fan{face.count, {}, {}, 0};
+    for (int j = 0; j < face.count; ++j) {
+      fan.corner[j] = vertices[face.v[(first + j) % face.count]];
+      reach_ = std::max(reach_, Norm(fan.corner[j] - vertices[vertex]));
+    }
+    fans_.push_back(fan);
+  }
+  FindSamples();
+  FindCreaseSamples();
+}
+
+void VertexDeviation::FindSamples() {
+  const Placement& placement = sampling_.placement();
+  const std::vector<Vec3d>& vertices = placement.complex.vertices;
+  const Vec3d& here = vertices[vertex_];
+  const double radius = reach_ + kBeyondFaces;
+  sampling_.point_index().VisitNear(here, radius, [&](int32_t i) {
+    const Vec3d& p = sampling_.points()[i];
+    if (Norm(p - here) <= radius) samples_.push_back({p, here, 1e300});
+  });
+  sampling_.face_index().VisitNear(here, radius + kFaceReach, [&](int32_t f) {
+    const CellFace& face = placement.complex.hull_faces[f];
+    if (std::find(face.v.begin(), face.v.begin() + face.count, vertex_) !=
+        face.v.begin() + face.count) {
+      return;
+    }
+    const FaceCorners corners = CornersOf(face, vertices);
+    const Vec3d middle = MiddleOf(face, vertices);
+    double extent = 0;
+    for (int j = 0; j < face.count; ++j) {
+      extent = std::max(extent, Norm(corners.corner[j] - middle));
+    }
+    for (Sample& sample : samples_) {
+      if (Norm(sample.point - middle) - extent >= sample.distance) continue;
+      VisitTriangles(corners.corner, corners.count,
+                     [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+                       const Vec3d q = ClosestPointOnTriangle(sample.point, a, b, c);
+                       const double distance = Norm(q - sample.point);
+                       if (distance < sample.distance)
+                         sample.distance = distance, sample.nearest = q;
+                     });
+    }
+  });
+}
+
+void VertexDeviation::FindCreaseSamples() {
+  const Placement& placement = sampling_.placement();
+  const std::vector<Vec3d>& vertices = placement.complex.vertices;
+  const Vec3d& here = vertices[vertex_];
+  const double radius = reach_ + kBeyondFaces;
+  sampling_.crease_index().VisitNear(here, radius, [&](int32_t i) {
+    const Vec3d& p = sampling_.crease_points()[i];
+    if (Norm(p - here) <= radius) crease_samples_.push_back({p, here, 1e300});
+  });
+  if (crease_samples_.empty()) return;
+  sampling_.face_index().VisitNear(here, radius + kFaceReach, [&](int32_t f) {
+    const CellFace& face = placement.complex.hull_faces[f];
+    for (int j = 0; j < face.count; ++j) {
+      const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
+      if (a == vertex_ || b == vertex_) continue;
+      for (Sample& sample : crease_samples_) {
+        const Vec3d q = ClosestPointOnSegment(sample.point, vertices[a], vertices[b]);
+        const double distance = Norm(q - sample.point);
+        if (distance < sample.distance) sample.distance = distance, sample.nearest = q;
+      }
+    }
+  });
+}
+
+Deviation VertexDeviation::At(const Vec3d& position, double bound) {
+  for (Fan& fan : fans_) {
+    fan.corner[0] = position;
+    fan.middle = {};
+    for (int j = 0; j < fan.count; ++j)
+      fan.middle += fan.corner[j] / static_cast<double>(fan.count);
+    fan.extent = 0;
+    for (int j = 0; j < fan.count; ++j) {
+      fan.extent = std::max(fan.extent, Norm(fan.corner[j] - fan.middle));
+    }
+  }
+  worst_of_hull_ = worst_of_boundary_ = worst_of_creases_ = {};
+  Deviation deviation;
+  AddBoundarySamples(&deviation);
+  AddCreaseSamples(&deviation);
+  AddHullSamples(bound, &deviation);
+  return deviation;
+}
+
+void VertexDeviation::Count(double distance, Deviation* deviation) const {
+  const double excess = std::max(0.0, distance - limits_.free);
+  deviation->largest = std::max(deviation->largest, distance);
+  deviation->cost += excess * excess;
+}
+
+void VertexDeviation::AddHullSamples(double bound, Deviation* deviation) {
+  for (const Sample& sample : samples_) {
+    if (deviation->cost > bound) return;
+    Gap gap{sample.point, sample.nearest, sample.distance};
+    for (const Fan& fan : fans_) {
+      if (Norm(sample.point - fan.middle) - fan.extent >= gap.distance) continue;
+      VisitTriangles(fan.corner, fan.count, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+        const Vec3d q = ClosestPointOnTriangle(sample.point, a, b, c);
+        const double distance = Norm(q - sample.point);
+        if (distance < gap.distance) gap.distance = distance, gap.nearest = q;
+      });
+    }
+    if (gap.distance > worst_of_hull_.distance) worst_of_hull_ = gap;
+    Count(gap.distance, deviation);
+  }
+}
+
+void VertexDeviation::AddBoundarySamples(Deviation* deviation) {
+  const auto add = [&](const Vec3d& p) {
+    if (sampling_.hull().queries->IsWithin(p, limits_.free)) return;
+    const HullPoint nearest = sampling_.hull().queries->Closest(p);
+    if (nearest.distance > worst_of_boundary_.distance) {
+      worst_of_boundary_ = {p, nearest.point, nearest.distance};
+    }
+    Count(nearest.distance, deviation);
+  };
+  for (const Fan& fan : fans_) {
+    add(fan.middle);
+    add((fan.corner[0] + fan.middle) / 2.0);
+    add((fan.corner[0] + fan.corner[1]) / 2.0);  // the other edge is the next face's
+  }
+}
+
+void VertexDeviation::AddCreaseSamples(Deviation* deviation) {
+  for (const Sample& sample : crease_samples_) {
+    Gap gap{sample.point, sample.nearest, sample.distance};
+    for (const Fan& fan : fans_) {
+      for (const int end : {1, fan.count - 1}) {
+        const Vec3d q = ClosestPointOnSegment(sample.point, fan.corner[0], fan.corner[end]);
+        const double distance = Norm(q - sample.point);
+        if (distance < gap.distance) gap.distance = distance, gap.nearest = q;
+      }
+    }
+    if (gap.distance > worst_of_creases_.distance) worst_of_creases_ = gap;
+    deviation->cost += gap.distance * gap.distance;
+  }
+}
+
+}  // namespace amhex

@@ -1,0 +1,107 @@
+// How far hull and mesh boundary are from each other around one vertex of the boundary, were it
+// somewhere else.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "fields/point_index.h"
+#include "input/hull.h"
+#include "optimize/hull_features.h"
+#include "optimize/placement.h"
+
+namespace amhex {
+
+// What is asked of the whole boundary, edge lengths.
+struct DeviationLimits {
+  double limit = 0;      // of a distance between hull and boundary
+  double free = 0;       // distances below this do not count
+  double creases = 0.1;  // of the distance of a crease from the nearest edge of the boundary
+};
+// The larger of 0.5 % of the diagonal of the hull's box and a sixth of an edge length.
+DeviationLimits LimitsFor(const Hull& hull);
+
+struct Deviation {
+  double largest = 0;  // distance, either way
+  double cost = 0;     // sum over samples of the squared distance beyond DeviationLimits::free, and
+                       // over those of creases of the squared distance
+};
+
+// A sample and the point of the other surface that is nearest to it.
+struct Gap {
+  Vec3d sample;
+  Vec3d nearest;
+  double distance = 0;
+};
+
+// Samples of the hull and of its creases, and the boundary's faces, by place. Vertices may move by
+// a few tenths of an edge length after this is made. `placement`, `hull` must outlive it.
+class HullSampling {
+ public:
+  HullSampling(const Hull& hull, const Placement& placement);
+
+  // Those of the hull farther than `distance` from the boundary, and the middles of faces farther
+  // than that from the hull, farthest first.
+  std::vector<Gap> GapsBeyond(double distance, const StopPoll& poll) const;
+  // Samples of creases farther than `distance` from any edge of the boundary, farthest first.
+  std::vector<Gap> CreaseGapsBeyond(double distance) const;
+
+  const Hull& hull() const { return hull_; }
+  const Placement& placement() const { return placement_; }
+  const std::vector<Vec3d>& points() const { return points_; }
+  const std::vector<Vec3d>& crease_points() const { return crease_points_; }
+  const fields::PointIndex& point_index() const { return point_index_; }
+  const fields::PointIndex& crease_index() const { return crease_index_; }
+  const fields::PointIndex& face_index() const { return face_index_; }  // by their middles
+
+ private:
+  const Hull& hull_;
+  const Placement& placement_;
+  std::vector<Vec3d> points_, crease_points_, face_middles_;
+  fields::PointIndex point_index_, crease_index_, face_index_;
+};
+
+// Everything near one vertex that its place decides about.
+class VertexDeviation {
+ public:
+  VertexDeviation(const HullSampling& sampling, const DeviationLimits& limits, int32_t vertex);
+
+  // With the vertex at `position`. What costs more than `bound` is not looked at to the end.
+  Deviation At(const Vec3d& position, double bound = 1e300);
+  // The worst of each kind the last time that At came to an end; distance 0 if there is none.
+  const Gap& worst_of_hull() const { return worst_of_hull_; }          // sample on the hull
+  const Gap& worst_of_boundary() const { return worst_of_boundary_; }  // sample on the boundary
+  const Gap& worst_of_creases() const { return worst_of_creases_; }
+
+ private:
+  struct Sample {
+    Vec3d point;
+    Vec3d nearest;  // on faces, or edges, that do not move
+    double distance = 0;
+  };
+  // A face at the vertex: its corners, the vertex first, and a ball around it.
+  struct Fan {
+    int count = 0;
+    Vec3d corner[4];
+    Vec3d middle;
+    double extent = 0;
+  };
+
+  void FindSamples();
+  void FindCreaseSamples();
+  void AddHullSamples(double bound, Deviation* deviation);
+  void AddBoundarySamples(Deviation* deviation);
+  void AddCreaseSamples(Deviation* deviation);
+  void Count(double distance, Deviation* deviation) const;
+
+  const HullSampling& sampling_;
+  const DeviationLimits& limits_;
+  const int32_t vertex_;
+  double reach_ = 0;  // of the faces at the vertex
+  std::vector<Fan> fans_;
+  std::vector<Sample> samples_, crease_samples_;
+  Gap worst_of_hull_, worst_of_boundary_, worst_of_creases_;
+};
+
+}  // namespace amhex

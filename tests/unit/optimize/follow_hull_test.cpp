@@ -1,0 +1,167 @@
+// Laws of following the hull: distances fall to what is wanted, no cell pays too much for it, and
+// what is near the hull already stays.
+#include "optimize/follow_hull.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "optimize/hull_deviation.h"
+#include "optimize/raise_quality.h"
+#include "output/mesh_statistics.h"
+#include "output/validate.h"
+#include "support/grid_complex.h"
+#include "support/grid_hull.h"
+#include "support/hull_of_mesh.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridHull;
+using testing_support::GridSize;
+
+constexpr GridSize kSize{6, 4, 3};
+
+// A box of kSize whose top bears a roof along y, one edge length to either side of `ridge_x`.
+struct Roof {
+  double ridge_x;
+  double height;
+  double At(double x) const { return height * std::max(0.0, 1 - std::abs(x - ridge_x)); }
+};
+
+Hull HullUnder(const Roof& roof) {
+  TriangleMesh mesh;
+  const double stations[] = {0, roof.ridge_x - 1, roof.ridge_x, roof.ridge_x + 1, kSize.nx};
+  for (const double y : {0.0, double(kSize.ny)}) {
+    for (const double x : stations) {
+      mesh.vertices.push_back({x, y, 0});
+      mesh.vertices.push_back({x, y, kSize.nz + roof.At(x)});
+    }
+  }
+  const auto add_quad = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  };
+  constexpr int32_t kBack = 10;  // behind the vertices of the front
+  for (int32_t low = 0; low < 8; low += 2) {
+    const int32_t high = low + 1;
+    add_quad(low, low + 2, high + 2, high);
+    add_quad(kBack + low, kBack + high, kBack + high + 2, kBack + low + 2);
+    add_quad(low, kBack + low, kBack + low + 2, low + 2);
+    add_quad(high, high + 2, kBack + high + 2, kBack + high);
+  }
+  add_quad(0, 1, kBack + 1, kBack);
+  add_quad(8, kBack + 8, kBack + 9, 9);
+  return testing_support::HullOfMesh(mesh);
+}
+
+// Cubes whose uppermost vertices were lifted onto the roof: none is on the ridge.
+CellComplex CubesUnder(const Roof& roof) {
+  CellComplex complex = GridComplex(kSize);
+  for (Vec3d& p : complex.vertices) {
+    if (p.z == kSize.nz) p.z += roof.At(p.x);
+  }
+  return complex;
+}
+
+CellComplex Followed(const CellComplex& complex, const Hull& hull) {
+  const RunContext run;
+  auto followed = FollowHull(complex, hull, HullFeatures(hull), run);
+  EXPECT_TRUE(followed.ok()) << followed.status().ToString();
+  return *followed;
+}
+
+MeshStatistics Measured(const CellComplex& complex, const Hull& hull) {
+  return MeasureMesh(testing_support::MeshOf(complex), hull);
+}
+
+double LargestDistance(const CellComplex& complex, const Hull& hull) {
+  const MeshStatistics statistics = Measured(complex, hull);
+  return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
+}
+
+TEST(FollowHull, OfNothingIsNothing) {
+  const Hull hull = HullUnder({2.5, 0.45});
+  EXPECT_TRUE(Followed(CellComplex{}, hull).cells.empty());
+}
+
+TEST(FollowHull, LeavesABoundaryOnTheHullAsItIs) {
+  const CellComplex complex = GridComplex(kSize);
+  const CellComplex followed = Followed(complex, GridHull(kSize, 0.5));
+  EXPECT_EQ(followed.vertices, complex.vertices);
+  EXPECT_EQ(followed.cells, complex.cells);
+}
+
+TEST(FollowHull, PutsVerticesOntoARidgeThatRunsBetweenThem) {
+  for (const double ridge_x : {2.4, 2.5, 2.65, 3.5}) {
+    const Roof roof{ridge_x, 0.5};
+    const Hull hull = HullUnder(roof);
+    const CellComplex complex = CubesUnder(roof);
+    const double limit = LimitsFor(hull).limit;
+    ASSERT_GT(LargestDistance(complex, hull), limit);
+    const CellComplex followed = Followed(complex, hull);
+    EXPECT_LT(LargestDistance(followed, hull), limit) << ridge_x;
+    EXPECT_LT(Measured(followed, hull).sharp_edge_deviation_rms, 0.1) << ridge_x;
+    EXPECT_EQ(followed.cells, complex.cells);
+    const ValidationReport report = ValidateMesh(testing_support::MeshOf(followed));
+    EXPECT_TRUE(report.valid()) << report.Summary();
+  }
+}
+
+TEST(FollowHull, LeavesVerticesBeforeALostPartWhereTheyAre) {
+  const Hull hull = HullUnder({2.5, 3.0});
+  const CellComplex complex = GridComplex(kSize);
+  ASSERT_GT(LargestDistance(complex, hull), 1);
+  const CellComplex followed = Followed(complex, hull);
+  for (size_t v = 0; v < complex.vertices.size(); ++v) {
+    const Vec3d& p = complex.vertices[v];
+    if (p.x != 2 && p.x != 3) continue;
+    EXPECT_EQ(followed.vertices[v], p);
+  }
+}
+
+TEST(FollowHull, NeverLowersTheMinimumOfAPoorMesh) {
+  int moved = 0;
+  for (const double ridge_x : {2.3, 2.5, 3.4}) {
+    const Roof roof{ridge_x, 0.5};
+    const Hull hull = HullUnder(roof);
+    CellComplex complex = CubesUnder(roof);
+    testing_support::Shake(complex, 0.25);
+    const double before = SummarizeQuality(complex).minimum;
+    ASSERT_GT(before, 0);
+    ASSERT_LT(before, 0.5);
+    const CellComplex followed = Followed(complex, hull);
+    moved += followed.vertices != complex.vertices ? 1 : 0;
+    EXPECT_GE(SummarizeQuality(followed).minimum, std::min(before, 0.31)) << ridge_x;
+  }
+  EXPECT_GT(moved, 0) << "or the test shows nothing";
+}
+
+TEST(FollowHull, IsTheSameAtAnyThreadCount) {
+  const Roof roof{2.5, 0.5};
+  const Hull hull = HullUnder(roof);
+  CellComplex complex = CubesUnder(roof);
+  testing_support::Shake(complex, 0.1);
+  std::vector<CellComplex> results;
+  for (const size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(Followed(complex, hull));
+  }
+  EXPECT_NE(results[0].vertices, complex.vertices);
+  for (const CellComplex& other : results) EXPECT_EQ(results[0].vertices, other.vertices);
+}
+
+TEST(FollowHull, StopsWhenAsked) {
+  const Roof roof{2.5, 0.5};
+  const Hull hull = HullUnder(roof);
+  RunContext run;
+  run.RequestStop();
+  const auto followed = FollowHull(CubesUnder(roof), hull, HullFeatures(hull), run);
+  EXPECT_EQ(followed.status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
