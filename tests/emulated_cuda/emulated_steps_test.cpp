@@ -68,6 +68,31 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhen
   }
 }
 
+// Each round of the phase field has another right side, diagonal and start; the rest is there.
+TEST_F(EmulatedSteps, RoundsOfThePhaseFieldUploadNumbersPerUnknownAlone) {
+  using namespace fields;  // NOLINT: all that follows is from there
+  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
+  ASSERT_TRUE(solved.ok);
+  const ProgressSlice slice(solved.run, 0, 1);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  PhaseSettings phase;
+  phase.device = &*device;
+  const auto uploaded = [&](int rounds) {
+    device_->Restart();
+    phase.rounds = rounds;
+    EXPECT_TRUE(SolvePhaseField(solved.grid, solved.codes, solved.form, phase, slice).ok());
+    EXPECT_EQ(controls().used, 0);
+    return controls().uploaded_bytes;
+  };
+  const int64_t unknowns = PhaseOperator::kUnknowns * solved.grid.count();
+  const auto of_numbers = static_cast<int64_t>(3 * sizeof(float)) * unknowns;
+  const int64_t one = uploaded(1), three = uploaded(3);
+  constexpr int64_t kCounters = 64;  // at most so many bytes of every solve
+  EXPECT_GE(three - one, 2 * of_numbers);
+  EXPECT_LE(three - one, 2 * (of_numbers + kCounters));
+}
+
 TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOnce) {
   std::optional<Hull> hull = testing_support::HullOfMesh(fixtures::MakeTorus(3, 1.2, 0.3));
   const std::vector<Vec3d> points = hull->vertices;

@@ -1,8 +1,10 @@
 // Copies of arrays that stay where bodies run, for all tasks that read them.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <type_traits>
+#include <vector>
 
 #include "exec/resident_slot.h"
 #include "exec/uploaded_arrays.h"
@@ -31,6 +33,23 @@ auto Resident(ResidentSlot& slot, const Upload& upload) {
   using Copy = ResidentArrays<E, std::invoke_result_t<Upload, UploadedArrays<E>&>>;
   if (slot == nullptr) slot = std::make_shared<Copy>(upload);
   return static_cast<const Copy*>(slot.get())->views();
+}
+
+// The same structure on the copies that the first one with this slot made of its arrays. Those are
+// what they were; other members may have changed since.
+template <class E, class Views>
+Views OnResidentArrays(ResidentSlot& slot, const Views& host) {
+  const std::vector<const void*> copies = Resident<E>(slot, [&host](UploadedArrays<E>& arrays) {
+    std::vector<const void*> data;
+    Views there = arrays.Upload(host);
+    there.VisitArrays([&data](auto& view) { data.push_back(view.data); });
+    return data;
+  });
+  Views there = host;
+  size_t next = 0;
+  there.VisitArrays(
+      [&](auto& view) { view.data = static_cast<decltype(view.data)>(copies[next++]); });
+  return there;
 }
 
 }  // namespace amhex

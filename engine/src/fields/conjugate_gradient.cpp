@@ -179,6 +179,7 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
   if (system.device == nullptr) return SolveOnCpu(system, rhs, limits, run, x);
   GradientTask task;
   task.matrix = system.matrix;
+  task.resident = system.resident;
   task.node_count = std::visit(
       [&](const auto& matrix) { return ViewOf(rhs).size / matrix.kUnknowns; }, system.matrix);
   task.diagonal = ViewOf(system.diagonal);

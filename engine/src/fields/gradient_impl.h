@@ -9,6 +9,7 @@
 
 #include "base/platform.h"
 #include "exec/executor.h"
+#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/gradient_task.h"
 #include "fields/sum_blocks.h"
@@ -158,13 +159,14 @@ class GradientSolve {
         sums_(kSumLanes * SumBlocks(unknowns_)),
         arrays_(executor) {}
 
-  // Memory where bodies run.
+  // Memory where bodies run, beyond what is there.
   static int64_t Bytes(const GradientTask& task) {
     constexpr int64_t kVectors = 6;  // right side, diagonal, x, residual, direction, product
     int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * SumBlocks(task.unknown_count()) * static_cast<int64_t>(sizeof(double));
-    return sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
+    const bool is_there = task.resident != nullptr && *task.resident != nullptr;
+    return is_there ? sum : sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
   }
 
   // False if it was stopped.
@@ -189,7 +191,9 @@ class GradientSolve {
   using Array = Buffer<E, T>;
 
   void Upload() {
-    matrix_ = arrays_.Upload(std::get<Operator>(task_.matrix));
+    const Operator& host = std::get<Operator>(task_.matrix);
+    matrix_ = task_.resident == nullptr ? arrays_.Upload(host)
+                                        : OnResidentArrays<E>(*task_.resident, host);
     diagonal_ = Uploaded(executor_, task_.diagonal.data, unknowns_);
     right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
     x_ = Uploaded(executor_, task_.x->data(), unknowns_);

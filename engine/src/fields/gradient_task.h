@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "exec/resident_slot.h"
 #include "fields/linear_operators.h"
 
 namespace amhex::fields {
@@ -14,6 +15,7 @@ namespace amhex::fields {
 // Views are on host arrays that outlive the task.
 struct GradientTask {
   LinearOperator matrix;
+  ResidentSlot* resident = nullptr;  // of its arrays, for the tasks that share them; may be null
   int64_t node_count = 0;
   ArrayView<const float> diagonal;    // [unknown_count] > 0
   ArrayView<const float> right_side;  // [unknown_count]

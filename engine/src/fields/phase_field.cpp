@@ -186,6 +186,7 @@ class PhaseSolver {
     system.diagonal = phases_.Diagonal();
     system.device = device_;
     if (links_) system.matrix = phases_.Matrix(links_->View());
+    system.resident = &resident_;
     return SolveConjugateGradient(system, rhs, limits, run_, x).status();
   }
 
@@ -194,6 +195,7 @@ class PhaseSolver {
   DeviceUse* device_;
   const RunContext& run_;
   std::optional<OwnedLinks> links_;
+  mutable ResidentSlot resident_;  // of the matrix: between the rounds only its pull changes
 };
 
 // Onto the layer of cell centres that is nearest along each aligned hull normal.
