@@ -128,6 +128,32 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOn
   EXPECT_EQ(controls().stray_frees, 0);
 }
 
+// However often it is asked: the same cube of many more triangles costs little more than one copy
+// of these in each form, as the hull and as patches.
+TEST_F(EmulatedSteps, JobsUploadTheirHullOnce) {
+  struct Uploads {
+    int64_t hull_bytes;
+    int64_t job_bytes;
+  };
+  const auto uploads_with = [&](double spacing) {
+    device_->Restart();
+    const TriangleMesh cube = fixtures::MakeBox({1, 1, 1}, spacing);
+    MeshingParams params;
+    params.sizing.cell_count = 216;
+    params.sizing.trial_count = 1;
+    params.run.backend = Backend::kCuda;
+    RunContext run;
+    const auto result = Mesh(cube, params, run);
+    EXPECT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(controls().used, 0);
+    const Hull hull = testing_support::HullOfMesh(cube);
+    return Uploads{UploadedArrays<CpuExecutor>::Bytes(hull.queries->view()),
+                   controls().uploaded_bytes};
+  };
+  const Uploads coarse = uploads_with(0.25), fine = uploads_with(0.0625);
+  EXPECT_LT(fine.job_bytes - coarse.job_bytes, 2.5 * (fine.hull_bytes - coarse.hull_bytes));
+}
+
 // A shaken grid of cells in a box, and what placing its vertices needs.
 struct ShakenBox {
   Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({6, 5, 4}, 0.5));
