@@ -91,9 +91,10 @@ class PartSearch {
   }
 
   const Carving& best() const { return best_; }
+  int64_t part_count() const { return part_count_; }
 
  private:
-  std::vector<Part> Grow(const std::vector<Part>& beam, std::set<std::vector<int>>* seen) const {
+  std::vector<Part> Grow(const std::vector<Part>& beam, std::set<std::vector<int>>* seen) {
     std::vector<Part> next;
     for (const Part& part : beam) {
       std::vector<int> around;
@@ -113,7 +114,8 @@ class PartSearch {
     return next;
   }
 
-  bool Update(Part* part) const {
+  bool Update(Part* part) {
+    ++part_count_;
     for (const CellFace& face : faces_) {
       if (!Contains(part->cells, mesh_.Owner(face))) part->walls.push_back(face);
     }
@@ -222,6 +224,7 @@ class PartSearch {
   std::vector<CellFace> faces_;
   std::vector<int> closed_;
   Carving best_;
+  int64_t part_count_ = 0;
 };
 
 // Faces that share an edge, within one cavity.
@@ -303,6 +306,7 @@ class CavityCarver {
   void Search(const CarveLimits& limits, const RunContext& run, CarveMemory* memory,
               std::vector<Carving>* found) const {
     std::vector<Carving> best(faces_.size());
+    std::vector<int64_t> part_count(faces_.size(), 0);
     std::vector<uint64_t> digest(faces_.size());
     oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t seed) {
       if (run.ShouldStop()) return;
@@ -312,17 +316,19 @@ class CavityCarver {
         if (parts.empty() || part.size() > parts.back().size()) parts.push_back(std::move(part));
       }
       digest[seed] = DigestOf(parts.back());
-      const auto known = memory->find(halves_[seed]);
-      if (known != memory->end() && known->second == digest[seed]) return;
+      const auto known = memory->digests.find(halves_[seed]);
+      if (known != memory->digests.end() && known->second == digest[seed]) return;
       PartSearch search(mesh_, hull_, limits);
       for (const auto& part : parts) search.Run(faces_, part);
       best[seed] = search.best();
+      part_count[seed] = search.part_count();
     });
     for (size_t seed = 0; seed < faces_.size(); ++seed) {
+      memory->part_count += part_count[seed];
       if (best[seed].cost_per_face <= limits.max_cost_per_face) {
         found->push_back(std::move(best[seed]));
       } else {
-        (*memory)[halves_[seed]] = digest[seed];
+        memory->digests[halves_[seed]] = digest[seed];
       }
     }
   }

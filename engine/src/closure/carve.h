@@ -17,9 +17,13 @@ struct CarveLimits {
   int depth = 4;                 // cells absorbed at most
 };
 
-// Where a round with the same limits found nothing: [half-face] a digest of the open faces around
-// it then. Places that still look the same are not searched again.
-using CarveMemory = absl::flat_hash_map<int, uint64_t>;
+// What rounds with the same limits tell each other.
+struct CarveMemory {
+  // Where a round found nothing: [half-face] the open faces around it then. Places that still look
+  // the same are not searched again.
+  absl::flat_hash_map<int, uint64_t> digests;
+  int64_t part_count = 0;  // parts that all rounds have looked at: their cost
+};
 
 // One round: the best star over a part of the network is found at every open face, and those that
 // close most for the least are applied where they do not touch. Open faces become fewer with every

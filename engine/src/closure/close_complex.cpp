@@ -32,6 +32,10 @@ struct FillStep {
   int max_cells_per_face;  // of a Delaunay filling around one cavity; 0: none
 };
 constexpr FillStep kFillSteps[] = {{{0.15, 4.0, 4}, 0}, {{0.03, 14.0, 7}, 8}};
+// Carving ends after so many parts looked at, and so many per cell that the solid holds, some 5 ms
+// of one core; a solid that its cells fit needs a tenth of that.
+constexpr int64_t kCarvedParts = 50'000;
+constexpr double kCarvedPartsPerCell = 400;
 constexpr int kAnyNumber = 1 << 20;
 constexpr StarRound kDeepRound = {12, 10, 40};
 // Stars and carvings are tried this often, each time with the cells around what resists removed.
@@ -50,7 +54,12 @@ constexpr uint64_t kSeedStride = 1000;
 class Closer {
  public:
   Closer(const CellComplex& complex, const Hull& hull, uint64_t seed, const RunContext& run)
-      : hull_(hull), seed_(seed), run_(run), mesh_(complex) {}
+      : hull_(hull),
+        seed_(seed),
+        run_(run),
+        mesh_(complex),
+        most_carved_parts_(kCarvedParts + static_cast<int64_t>(hull.volume * kCarvedPartsPerCell)) {
+  }
 
   // `watched`, if any, is told of progress.
   absl::StatusOr<CellComplex> Run(int layers, RunContext* watched) {
@@ -142,9 +151,11 @@ class Closer {
   // Stars over parts of what no single star fills, until no part is worth it.
   void CarveNetworks(const CarveLimits& limits) {
     CarveMemory memory;
-    while (HasOpenFaces() && CarveCavities(hull_, limits, run_, &memory, &mesh_) > 0) {
+    while (HasOpenFaces() && carved_parts_ + memory.part_count < most_carved_parts_ &&
+           CarveCavities(hull_, limits, run_, &memory, &mesh_) > 0) {
       FillWithStars(kFirstRounds[1]);
     }
+    carved_parts_ += memory.part_count;
   }
 
   // Each cavity on its own, in the metric of the cells around it, which spares most of them.
@@ -261,6 +272,8 @@ class Closer {
   RunContext* watched_ = nullptr;
   WorkingMesh mesh_;
   std::set<Attempt> tried_;
+  int64_t carved_parts_ = 0;
+  const int64_t most_carved_parts_;
   size_t first_open_ = 1;
 };
 

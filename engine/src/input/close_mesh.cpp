@@ -106,7 +106,7 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   DropUnusedVertices(mesh, poll);
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
   const HullQueries queries(mesh.vertices, mesh.triangles, poll);
-  return MisboundedAreaRatio(mesh, queries) <= kTolerableMisboundedRatio;
+  return MisboundedAreaRatio(mesh, queries, poll) <= kTolerableMisboundedRatio;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "input/hull_queries.h"
 #include "input/level_surface.h"
 #include "input/orient_components.h"
+#include "input/query_cost.h"
 #include "input/surface_topology.h"
 #include "input/thin_cloud.h"
 #include "input/triangle_math.h"
@@ -27,8 +28,11 @@ namespace {
 constexpr double kCoarsestCells = 2.5;
 constexpr double kFinestCells = 6.0;
 constexpr double kSoupCells = 4.0;
-// The surface may cross this many grid cells.
+// The surface may cross this many grid cells, and no more than so many for the size asked for: of a
+// cube of 300 cells it crosses 4,000, of a scan twice that.
 constexpr double kMostSurfaceCells = 4e6;
+constexpr double kSurfaceCells = 5e4;
+constexpr double kSurfaceCellsPerCell = 300;
 // The box is divided into this many blocks per axis to guess the volume. Blocks near a triangle or
 // where the winding number is between these bounds (openings) are halved along every axis, this
 // often at most.
@@ -45,6 +49,17 @@ constexpr double kPointsPerEdgeLength = 8;
 constexpr double kCoarseCubes = 150;
 // Pieces below this many cells are left out.
 constexpr double kSmallestPieceCells = 0.5;
+// Telling inside from outside of a soup may look at so many nodes and triangles of its hierarchy,
+// ten to twenty seconds of one core, and at so many more for every cell wanted, ten times what the
+// cell costs later. Scans need a quarter of it or less.
+constexpr double kMostSteps = 1e9;
+constexpr double kMostStepsPerCell = 2e5;
+// Winding numbers that a soup is asked for: to count the volume where no block is sure, and per
+// grid cell that a triangle crosses (measured: 14 to 21 on scans, 4 where they fill the box).
+constexpr double kVolumeQuestions = 343 * (1 + 8 + 64 + 512);
+constexpr double kQuestionsPerCrossing = 17;
+// Rows of seeds on all triangles hold no more.
+constexpr double kMostSeeds = 4e7;
 
 class VolumeCount {
  public:
@@ -100,13 +115,17 @@ double GuessEdgeLength(const WantedSize& wanted, const Box3d& box, const HullQue
   return std::cbrt(std::max(volume, least) / static_cast<double>(cells)) * wanted.user_scale;
 }
 
+std::array<Vec3d, 3> CornersOf(const TriangleMesh& mesh, size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  return {mesh.vertices[static_cast<size_t>(t[0])], mesh.vertices[static_cast<size_t>(t[1])],
+          mesh.vertices[static_cast<size_t>(t[2])]};
+}
+
 double AreaOf(const TriangleMesh& mesh) {
   double area = 0;
-  for (const auto& t : mesh.triangles) {
-    area += Norm(DoubleAreaVector(mesh.vertices[static_cast<size_t>(t[0])],
-                                  mesh.vertices[static_cast<size_t>(t[1])],
-                                  mesh.vertices[static_cast<size_t>(t[2])])) /
-            2;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = CornersOf(mesh, t);
+    area += Norm(DoubleAreaVector(a, b, c)) / 2;
   }
   return area;
 }
@@ -164,20 +183,79 @@ class SoupField : public SurfaceField {
   const HullQueries& queries_;
 };
 
-// Points of the triangles no farther apart than a grid cell.
-std::vector<Vec3d> SeedsOn(const TriangleMesh& mesh, double spacing) {
+// About how many cells, where only their size is given: as many as fill the box.
+double CellsWanted(const WantedSize& wanted, const Box3d& box) {
+  if (wanted.cell_count > 0) return static_cast<double>(wanted.cell_count);
+  if (!(wanted.user_edge_length > 0)) return static_cast<double>(kDefaultCellCount);
+  const Vec3d extent = box.Extent() * (wanted.user_scale / wanted.user_edge_length);
+  return std::min(extent.x * extent.y * extent.z, static_cast<double>(kMaxCellCount));
+}
+
+// The grid for a surface of this area: as wanted, coarser where that is too much for the cells.
+absl::StatusOr<double> SpacingFor(double area, double spacing, double edge_length, double cells) {
+  const double most = std::min(kMostSurfaceCells, kSurfaceCells + kSurfaceCellsPerCell * cells);
+  const double needed = std::sqrt(area / most);
+  if (needed <= edge_length) return std::max(spacing, needed);
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "the surface to be rebuilt has an area of ", area / (edge_length * edge_length),
+      " squared edge lengths, the limit is ", most, " for ", cells,
+      " cells: stray vertices or points, most likely, or too few cells for so much surface"));
+}
+
+double QuestionsAbout(const TriangleMesh& soup, const Box3d& box, double spacing) {
+  const LevelGrid grid = GridAround(box, spacing);
+  double nodes = 1;
+  for (const int64_t count : grid.node_count) nodes *= static_cast<double>(count);
+  return kQuestionsPerCrossing * std::min(nodes, AreaOf(soup) / (spacing * spacing));
+}
+
+absl::Status CheckSteps(double questions, double steps_each, double cells) {
+  const double steps = questions * steps_each, limit = kMostSteps + kMostStepsPerCell * cells;
+  if (steps <= limit) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "the input's triangles bound no solid and reach so far across each other that telling inside "
+      "from outside would take about ",
+      steps, " steps, ", steps_each, " for each place; the limit is ", limit, " for ", cells,
+      " cells: mend the input, stray vertices most likely, or remesh it"));
+}
+
+// Points of a triangle of which any other one is within a grid cell: along rows that are parallel
+// to its longest edge, so that a needle gets few.
+void AppendSeeds(std::array<Vec3d, 3> corners, double spacing, std::vector<Vec3d>& seeds) {
+  const auto length = [&](size_t i) { return Norm(corners[(i + 1) % 3] - corners[i]); };
+  size_t first = 0;
+  for (size_t i = 1; i < 3; ++i) {
+    if (length(i) > length(first)) first = i;
+  }
+  std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(first), corners.end());
+  const Vec3d along = corners[1] - corners[0], aside = corners[2] - corners[0];
+  const double longest = Norm(along);
+  if (longest <= spacing) {
+    seeds.push_back(corners[0]);
+    return;
+  }
+  const double height = Norm(Cross(along, aside)) / longest;
+  const int rows = std::max(1, static_cast<int>(std::ceil(height / spacing)));
+  for (int row = 0; row <= rows; ++row) {
+    const double up = static_cast<double>(row) / rows;
+    const Vec3d begin = corners[0] + aside * up, row_along = along * (1 - up);
+    const int count = std::max(1, static_cast<int>(std::ceil(longest * (1 - up) / spacing)));
+    for (int i = 0; i <= count; ++i) {
+      seeds.push_back(begin + row_along * (static_cast<double>(i) / count));
+    }
+  }
+}
+
+absl::StatusOr<std::vector<Vec3d>> SeedsOn(const TriangleMesh& mesh, double spacing,
+                                           const StopPoll& poll) {
   std::vector<Vec3d> seeds;
-  for (const auto& t : mesh.triangles) {
-    const Vec3d& a = mesh.vertices[static_cast<size_t>(t[0])];
-    const Vec3d& b = mesh.vertices[static_cast<size_t>(t[1])];
-    const Vec3d& c = mesh.vertices[static_cast<size_t>(t[2])];
-    const double longest = std::max({Norm(b - a), Norm(c - b), Norm(a - c)});
-    const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
-    for (int i = 0; i <= n; ++i) {
-      for (int j = 0; i + j <= n; ++j) {
-        seeds.push_back(a + (b - a) * (static_cast<double>(i) / n) +
-                        (c - a) * (static_cast<double>(j) / n));
-      }
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    poll.At(static_cast<int64_t>(t));
+    AppendSeeds(CornersOf(mesh, t), spacing, seeds);
+    if (static_cast<double>(seeds.size()) > kMostSeeds) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the triangles to be rebuilt cross more than ", kMostSeeds,
+                       " grid cells; choose a larger edge length"));
     }
   }
   return seeds;
@@ -240,10 +318,10 @@ absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const Wa
   std::nth_element(spacings.begin(),
                    spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2),
                    spacings.end());
-  const double spacing =
-      std::max(std::clamp(spacings[spacings.size() / 2], edge_length / kFinestCells,
-                          edge_length / kCoarsestCells),
-               std::sqrt(area / kMostSurfaceCells));
+  const double wanted_spacing = std::clamp(
+      spacings[spacings.size() / 2], edge_length / kFinestCells, edge_length / kCoarsestCells);
+  AMHEX_ASSIGN_OR_RETURN(const double spacing,
+                         SpacingFor(area, wanted_spacing, edge_length, CellsWanted(wanted, box)));
   AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh,
                          ExtractLevel(GridAround(box, spacing), field, used.position, run));
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
@@ -257,13 +335,18 @@ absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const Wa
                                               RunContext& run) {
   const HullQueries queries(soup.vertices, soup.triangles, StopPoll(run));
   const Box3d box = BoxOf(soup.vertices);
+  const double steps_each = MeanWindingSteps(queries.view());
+  const double cells = CellsWanted(wanted, box);
+  AMHEX_RETURN_IF_ERROR(CheckSteps(kVolumeQuestions, steps_each, cells));
   const double user_edge_length = GuessEdgeLength(wanted, box, queries, run);
   const double edge_length = user_edge_length / wanted.user_scale;
-  const double spacing =
-      std::max(edge_length / kSoupCells, std::sqrt(AreaOf(soup) / kMostSurfaceCells));
+  AMHEX_ASSIGN_OR_RETURN(const double spacing,
+                         SpacingFor(AreaOf(soup), edge_length / kSoupCells, edge_length, cells));
   const SoupField field(queries);
-  AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh, ExtractLevel(GridAround(box, spacing), field,
-                                                         SeedsOn(soup, spacing), run));
+  AMHEX_RETURN_IF_ERROR(CheckSteps(QuestionsAbout(soup, box, spacing), steps_each, cells));
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<Vec3d> seeds, SeedsOn(soup, spacing, StopPoll(run)));
+  AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh,
+                         ExtractLevel(GridAround(box, spacing), field, seeds, run));
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
   surface.input_points = BoundaryCentres(soup, field, spacing);
   surface.user_edge_length = user_edge_length;
