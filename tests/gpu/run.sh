@@ -23,7 +23,7 @@ device_tests='*CudaParity*:*Backends*'
 other_tests='Backends.TheLoadersWords*'
 # Slow under a sanitizer: one of every kind.
 sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice:*CudaParityOfFields*'
-sanitized_tests+=':*CudaParityOfHullQueries*:*CudaParityOfPlacement.Moves*'
+sanitized_tests+=':*CudaParityOfHullQueries*:*CudaParityOfMatching*:*CudaParityOfPlacement.Moves*'
 tools=(memcheck racecheck initcheck)
 run_tests() {
   local log
