@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace {
 
 // Edge lengths; see the header.
 constexpr double kShortestChain = 2.0;
+constexpr double kShortestFollowed = 3.0;
 // How far to either side of an edge the normals are compared, and how many of the comparisons must
 // agree: fillets and thin walls have room for the near ones only.
 constexpr std::array<double, 3> kProbeDistances = {0.15, 0.3, 0.45};
@@ -255,6 +257,28 @@ void LabelPatches(const EdgeAdjacency& adjacency, Hull& hull) {
 }
 
 }  // namespace
+
+std::vector<SharpEdge> FollowedEdges(const Hull& hull) {
+  std::vector<int32_t> parent(hull.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    const int32_t a = find(edge.vertex_a), b = find(edge.vertex_b);
+    if (a != b) parent[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<double> total(hull.vertices.size(), 0.0);
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    total[find(edge.vertex_a)] += Norm(hull.vertices[edge.vertex_b] - hull.vertices[edge.vertex_a]);
+  }
+  std::vector<SharpEdge> followed;
+  for (const SharpEdge& edge : hull.sharp_edges) {
+    if (total[find(edge.vertex_a)] >= kShortestFollowed) followed.push_back(edge);
+  }
+  return followed;
+}
 
 void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull) {
   std::vector<SharpEdge> candidates = CandidateEdges(sharp_angle_degrees, adjacency, hull);

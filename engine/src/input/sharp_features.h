@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "input/hull.h"
 #include "input/surface_topology.h"
@@ -20,5 +21,10 @@ namespace amhex {
 //   of 2 edge lengths, what hangs together needs an extent of 2.
 // Uses hull.queries.
 void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull);
+
+// Those of hull.sharp_edges, in their order, that cells are to follow: vertex placement keeps to
+// them, and a result's deviation is measured against them. Connected sharp edges of less than 3
+// edge lengths in total are noise: on scans, following them costs good cells and gains nothing.
+std::vector<SharpEdge> FollowedEdges(const Hull& hull);
 
 }  // namespace amhex

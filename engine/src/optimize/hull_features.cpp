@@ -7,12 +7,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "input/sharp_features.h"
+
 namespace amhex {
 namespace {
 
-// Connected sharp edges of less total length (in edge lengths) are noise: on scans, following them
-// costs good cells and gains nothing.
-constexpr double kMinChainLength = 3.0;
 // Two creases that meet at a vertex with a bend above 45 degrees make a corner.
 constexpr double kCornerBendCosine = 0.7071067811865476;
 
@@ -34,10 +33,6 @@ class IndexSets {
   std::vector<int32_t> parent_;
 };
 
-double LengthOf(const Hull& hull, const SharpEdge& edge) {
-  return Norm(hull.vertices[edge.vertex_b] - hull.vertices[edge.vertex_a]);
-}
-
 void InsertSorted(std::vector<int32_t>& set, int32_t value) {
   const auto at = std::lower_bound(set.begin(), set.end(), value);
   if (at == set.end() || *at != value) set.insert(at, value);
@@ -45,8 +40,8 @@ void InsertSorted(std::vector<int32_t>& set, int32_t value) {
 
 }  // namespace
 
-HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll) : hull_(&hull) {
-  KeepLongChains(hull);
+HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll)
+    : hull_(&hull), edges_(FollowedEdges(hull)) {
   MergePatches(hull);
   poll.Now();
   BuildPatchQueries(hull, poll);
@@ -54,18 +49,6 @@ HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll) : hull_(&hull
   poll.Now();
   FindCorners(hull);
   MakeView();
-}
-
-void HullFeatures::KeepLongChains(const Hull& hull) {
-  IndexSets sets(hull.vertices.size());
-  for (const SharpEdge& edge : hull.sharp_edges) sets.Join(edge.vertex_a, edge.vertex_b);
-  std::vector<double> length(hull.vertices.size(), 0.0);
-  for (const SharpEdge& edge : hull.sharp_edges) {
-    length[sets.Find(edge.vertex_a)] += LengthOf(hull, edge);
-  }
-  for (const SharpEdge& edge : hull.sharp_edges) {
-    if (length[sets.Find(edge.vertex_a)] >= kMinChainLength) edges_.push_back(edge);
-  }
 }
 
 void HullFeatures::MergePatches(const Hull& hull) {

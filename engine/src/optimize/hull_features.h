@@ -1,7 +1,7 @@
 // The hull as vertex placement sees it: smooth patches, creases between them, corners.
 //
-// Sharp edges that form no chain of some length are noise of a scan and are dropped; the patches on
-// their two sides become one.
+// Sharp edges that cells are not to follow (FollowedEdges) are dropped; the patches on their two
+// sides become one.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,6 @@ class HullFeatures {
                                              double reach) const;
 
  private:
-  void KeepLongChains(const Hull& hull);
   void MergePatches(const Hull& hull);
   void BuildPatchQueries(const Hull& hull, const StopPoll& poll);
   void BuildCreases(const Hull& hull);
@@ -72,7 +71,7 @@ class HullFeatures {
   void MakeView();
 
   const Hull* hull_;
-  std::vector<SharpEdge> edges_;  // those kept
+  std::vector<SharpEdge> edges_;  // FollowedEdges
   std::vector<int32_t> patch_of_triangle_;
   std::vector<std::shared_ptr<const HullQueries>> patch_queries_;  // [patch]
   std::vector<std::vector<int32_t>> adjacent_;

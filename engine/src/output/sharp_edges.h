@@ -16,8 +16,8 @@ struct SharpEdgeDeviation {
 };
 
 // Distances from evenly spread points of the hull's sharp edges to the nearest edge of a boundary
-// face, `vertices` in the hull's normalised frame. Sharp edges that form no chain of some length
-// are noise of a scan and do not count; zeros without sharp edges. O(n log n). RunStopped is
+// face, `vertices` in the hull's normalised frame. Only FollowedEdges (input/sharp_features) count;
+// zeros without any. O(n log n). RunStopped is
 // thrown when `poll` does.
 SharpEdgeDeviation MeasureSharpEdges(const Hull& hull, const std::vector<BoundaryFace>& boundary,
                                      const std::vector<Vec3d>& vertices, const StopPoll& poll = {});
