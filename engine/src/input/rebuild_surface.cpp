@@ -196,7 +196,7 @@ absl::StatusOr<double> SpacingFor(double area, double spacing, double edge_lengt
   const double most = std::min(kMostSurfaceCells, kSurfaceCells + kSurfaceCellsPerCell * cells);
   const double needed = std::sqrt(area / most);
   if (needed <= edge_length) return std::max(spacing, needed);
-  return absl::ResourceExhaustedError(absl::StrCat(
+  return absl::InvalidArgumentError(absl::StrCat(
       "the surface to be rebuilt has an area of ", area / (edge_length * edge_length),
       " squared edge lengths, the limit is ", most, " for ", cells,
       " cells: stray vertices or points, most likely, or too few cells for so much surface"));
@@ -212,7 +212,7 @@ double QuestionsAbout(const TriangleMesh& soup, const Box3d& box, double spacing
 absl::Status CheckSteps(double questions, double steps_each, double cells) {
   const double steps = questions * steps_each, limit = kMostSteps + kMostStepsPerCell * cells;
   if (steps <= limit) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(
+  return absl::InvalidArgumentError(absl::StrCat(
       "the input's triangles bound no solid and reach so far across each other that telling inside "
       "from outside would take about ",
       steps, " steps, ", steps_each, " for each place; the limit is ", limit, " for ", cells,

@@ -18,9 +18,9 @@ namespace amhex {
 absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const WantedSize& wanted,
                                                RunContext& run);
 
-// Any soup; triangles are taken to be oriented as far as they can be. RESOURCE_EXHAUSTED, before it
-// is tried, where its triangles are so many and reach so far across each other that the winding
-// numbers for the cells wanted would take minutes.
+// Any soup; triangles are taken to be oriented as far as they can be. INVALID_ARGUMENT, before it
+// is tried, also where its triangles are so many and reach so far across each other that the
+// winding numbers for the cells wanted would take minutes.
 absl::StatusOr<ClosedSurface> RebuildFromSoup(const TriangleMesh& soup, const WantedSize& wanted,
                                               RunContext& run);
 
