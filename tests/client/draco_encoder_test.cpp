@@ -126,6 +126,17 @@ TEST(DracoEncoder, RefusesNothingAndNumbersThatAreNotFinite) {
   EXPECT_FALSE(EncodeDraco(PointCloud{{{0, std::nan(""), 0}}, {}}, 0).ok());
 }
 
+TEST(EstimatedEdgeLength, OfACloudDoesNotGrowWithAFewStrayPoints) {
+  PointCloud cloud;
+  for (int i = 0; i < 1000; ++i) {
+    cloud.points.push_back({i % 10 / 10.0, i / 10 % 10 / 10.0, i / 100 / 10.0});
+  }
+  const double clean = EstimatedEdgeLength(cloud, 1000);
+  EXPECT_GT(clean, 0);
+  for (int i = 0; i < 40; ++i) cloud.points.push_back({1e6 * (i % 3 - 1), 1e6, -1e6 * (i % 2)});
+  EXPECT_NEAR(EstimatedEdgeLength(cloud, 1000), clean, 0.2 * clean);
+}
+
 TEST(EstimatedEdgeLength, OfACubeIsItsSideOverTheCellsPerSide) {
   TriangleMesh cube;
   for (int i = 0; i < 8; ++i) {

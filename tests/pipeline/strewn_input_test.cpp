@@ -71,6 +71,8 @@ std::vector<StrewnCase> StrewnCases() {
           {"ManySmallTriangles", [] { return Soup(1'000, 0.1); }},
           {"APointAThousandBoxesAway", [] { return CloudWithStrays(1, 1e3); }},
           {"APointTenMillionBoxesAway", [] { return CloudWithStrays(1, 1e7); }},
+          {"ThirtyPointsTenBoxesAway", [] { return CloudWithStrays(30, 10); }},
+          {"ThirtyPointsAThousandBoxesAway", [] { return CloudWithStrays(30, 1e3); }},
           {"ThirtyPointsInTheBox", [] { return CloudWithStrays(30, 0.4); }}};
 }
 

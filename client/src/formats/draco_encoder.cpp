@@ -152,6 +152,25 @@ double SignedVolume(const TriangleMesh& mesh) {
   return six_volumes / 6;
 }
 
+// Of the box of the points without a share of them at either end of each axis: a few stray points
+// of a scan would make the whole box any size.
+Vec3d InnerExtent(const std::vector<Vec3d>& points) {
+  constexpr double kShareAtEnds = 0.05;
+  const auto share = static_cast<std::ptrdiff_t>(kShareAtEnds * static_cast<double>(points.size()));
+  Vec3d extent;
+  std::vector<double> along(points.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(points.begin(), points.end(), along.begin(),
+                   [axis](const Vec3d& p) { return p[axis]; });
+    const auto first = along.begin() + share, last = along.end() - 1 - share;
+    std::nth_element(along.begin(), first, along.end());
+    const double low = *first;
+    std::nth_element(along.begin(), last, along.end());
+    extent[axis] = *last - low;
+  }
+  return extent;
+}
+
 }  // namespace
 
 Box3d BoxOf(const InputHull& hull) {
@@ -166,11 +185,10 @@ double EstimatedEdgeLength(const InputHull& hull, int64_t cell_count) {
   constexpr double kLeastFill = 0.02;
   const Box3d box = BoxOf(hull);
   if (box.IsEmpty() || cell_count <= 0) return 0;
-  const Vec3d extent = box.Extent();
+  const auto* mesh = std::get_if<TriangleMesh>(&hull);
+  const Vec3d extent = mesh != nullptr ? box.Extent() : InnerExtent(PositionsOf(hull));
   double volume = kLeastFill * extent.x * extent.y * extent.z;
-  if (const auto* mesh = std::get_if<TriangleMesh>(&hull)) {
-    volume = std::max(volume, std::abs(SignedVolume(*mesh)));
-  }
+  if (mesh != nullptr) volume = std::max(volume, std::abs(SignedVolume(*mesh)));
   return std::cbrt(volume / static_cast<double>(cell_count));
 }
 

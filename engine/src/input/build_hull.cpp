@@ -1,6 +1,7 @@
 #include "input/build_hull.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -8,6 +9,7 @@
 #include "base/status_macros.h"
 #include "cost_model.h"
 #include "input/close_mesh.h"
+#include "input/drop_strays.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
 #include "input/hull_queries.h"
@@ -190,17 +192,9 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   return hull;
 }
 
-}  // namespace
-
-absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
-                               RunContext& run) {
-  AMHEX_RETURN_IF_ERROR(Validate(params));
-  AMHEX_RETURN_IF_ERROR(CheckInput(input));
-  AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
-    AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, run));
-    return BuildHull(BoundaryOf(broken), params, run);
-  }
+// Of a mesh's triangles or a cloud without strays.
+absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingParams& params,
+                                        RunContext& run) {
   const Frame unit = UnitFrame(BoxOf(input));
   if (!(unit.scale > 0)) {
     return absl::InvalidArgumentError("the input's triangles are all at one point");
@@ -224,6 +218,36 @@ absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& para
   AMHEX_RETURN_IF_ERROR(
       CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
   return MakeHull(std::move(sized), unit, params, StopPoll(run));
+}
+
+// `input`: a cloud without so many strays.
+absl::StatusOr<Hull> BuildHullWithoutStrays(const InputHull& input, size_t strays,
+                                            const MeshingParams& params, RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(CheckInput(input));
+  AMHEX_ASSIGN_OR_RETURN(Hull hull, BuildHullOfSurface(input, params, run));
+  hull.warnings.push_back(absl::StrCat("stray points far from all others, left out: ", strays));
+  return hull;
+}
+
+}  // namespace
+
+absl::StatusOr<Hull> BuildHull(const InputHull& input, const MeshingParams& params,
+                               RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(Validate(params));
+  AMHEX_RETURN_IF_ERROR(CheckInput(input));
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  if (const auto* volume = std::get_if<VolumeMesh>(&input)) {
+    AMHEX_ASSIGN_OR_RETURN(const BrokenVolume broken, BreakDown(*volume, run));
+    return BuildHull(BoundaryOf(broken), params, run);
+  }
+  if (const auto* cloud = std::get_if<PointCloud>(&input)) {
+    std::optional<PointCloud> without_strays = DropStrays(*cloud, StopPoll(run));
+    if (without_strays.has_value()) {
+      const size_t strays = cloud->points.size() - without_strays->points.size();
+      return BuildHullWithoutStrays(*std::move(without_strays), strays, params, run);
+    }
+  }
+  return BuildHullOfSurface(input, params, run);
 }
 
 absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_length,
