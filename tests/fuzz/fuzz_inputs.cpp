@@ -110,6 +110,8 @@ void MeshSmallSoup(const uint8_t* data, size_t size) {
   const TriangleMesh soup = SmallSoup(&bytes);
   MeshingParams params;
   params.sizing.cell_count = kCells;
+  // More do the same again, and a solid this small would have twelve.
+  params.sizing.trial_count = 2;
   params.run.thread_count = 1;
   params.run.backend = Backend::kCpu;
   RunContext run;
