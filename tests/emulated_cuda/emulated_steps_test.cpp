@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "amhex/mesher.h"
@@ -26,28 +27,42 @@ namespace {
 
 class EmulatedSteps : public EmulatedDeviceTest {};
 
+// A sphere's fields, solved on the host, and a device to solve them again.
+class EmulatedFields : public EmulatedDeviceTest {
+ protected:
+  void SetUp() override {
+    EmulatedDeviceTest::SetUp();
+    if (IsSkipped() || HasFatalFailure()) return;
+    ASSERT_TRUE(solved_.ok);
+    auto device = DeviceUse::Choose(Backend::kCuda);
+    ASSERT_TRUE(device.ok()) << device.status();
+    use_.emplace(*std::move(device));
+  }
+
+  fields::SolvedFields solved_{fixtures::MakeSphere(2, 0.5)};
+  fields::ProgressSlice slice_{solved_.run, 0, 1};
+  std::optional<DeviceUse> use_;
+};
+
 // Each solver of the fields, on a device that is too small and on one that is not.
-TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenStopped) {
+TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhenStopped) {
   using namespace fields;  // NOLINT: all that follows is from there
-  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
-  ASSERT_TRUE(solved.ok);
-  const ProgressSlice slice(solved.run, 0, 1);
-  auto device = DeviceUse::Choose(Backend::kCuda);
-  ASSERT_TRUE(device.ok()) << device.status();
   OrientationSettings orientation;
-  orientation.device = &*device;
+  orientation.device = &*use_;
   orientation.coarse_sweeps = 4;
   SizeSettings size;
   LatticeSettings lattice;
   PhaseSettings phase;
   phase.rounds = 1;
-  size.device = lattice.device = phase.device = &*device;
-  const SolvedFields& s = solved;
+  size.device = lattice.device = phase.device = &*use_;
+  const SolvedFields& s = solved_;
   const std::function<absl::Status()> solvers[] = {
-      [&] { return SolveOrientationField(s.grid, {}, orientation, slice).status(); },
-      [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice).status(); },
-      [&] { return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice).status(); },
-      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice).status(); }};
+      [&] { return SolveOrientationField(s.grid, {}, orientation, slice_).status(); },
+      [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice_).status(); },
+      [&] {
+        return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice_).status();
+      },
+      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice_).status(); }};
   for (const auto& solve : solvers) {
     device_->Restart();
     controls().capacity = 1;
@@ -61,7 +76,7 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhen
     // Solves end at their goal, long before the most iterations that they may take.
     EXPECT_LT(controls().replays, 200);
   }
-  solved.run.RequestStop();
+  solved_.run.RequestStop();
   for (const auto& solve : solvers) {
     EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
     EXPECT_EQ(controls().used, 0);
@@ -69,23 +84,18 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhen
 }
 
 // Each round of the phase field has another right side, diagonal and start; the rest is there.
-TEST_F(EmulatedSteps, RoundsOfThePhaseFieldUploadNumbersPerUnknownAlone) {
+TEST_F(EmulatedFields, RoundsOfThePhaseFieldUploadNumbersPerUnknownAlone) {
   using namespace fields;  // NOLINT: all that follows is from there
-  SolvedFields solved(fixtures::MakeSphere(2, 0.5));
-  ASSERT_TRUE(solved.ok);
-  const ProgressSlice slice(solved.run, 0, 1);
-  auto device = DeviceUse::Choose(Backend::kCuda);
-  ASSERT_TRUE(device.ok()) << device.status();
   PhaseSettings phase;
-  phase.device = &*device;
+  phase.device = &*use_;
   const auto uploaded = [&](int rounds) {
     device_->Restart();
     phase.rounds = rounds;
-    EXPECT_TRUE(SolvePhaseField(solved.grid, solved.codes, solved.form, phase, slice).ok());
+    EXPECT_TRUE(SolvePhaseField(solved_.grid, solved_.codes, solved_.form, phase, slice_).ok());
     EXPECT_EQ(controls().used, 0);
     return controls().uploaded_bytes;
   };
-  const int64_t unknowns = PhaseOperator::kUnknowns * solved.grid.count();
+  const int64_t unknowns = PhaseOperator::kUnknowns * solved_.grid.count();
   const auto of_numbers = static_cast<int64_t>(3 * sizeof(float)) * unknowns;
   const int64_t one = uploaded(1), three = uploaded(3);
   constexpr int64_t kCounters = 64;  // at most so many bytes of every solve
