@@ -36,8 +36,11 @@ struct EdgeUse {
   bool forward;  // the face runs low -> high
 };
 
+bool IsSameEdge(const EdgeUse& a, const EdgeUse& b) { return a.low == b.low && a.high == b.high; }
+
 std::vector<EdgeUse> CollectEdgeUses(const std::vector<CellFace>& faces) {
   std::vector<EdgeUse> uses;
+  uses.reserve(4 * faces.size());
   for (size_t f = 0; f < faces.size(); ++f) {
     for (int j = 0; j < faces[f].count; ++j) {
       const int32_t a = faces[f].v[j];
@@ -99,10 +102,7 @@ Cavities CollectCavities(const WorkingMesh& mesh) {
   Groups groups(static_cast<int>(open.size()));
   for (size_t begin = 0; begin < uses.size();) {
     size_t end = begin + 1;
-    while (end < uses.size() && uses[end].low == uses[begin].low &&
-           uses[end].high == uses[begin].high) {
-      ++end;
-    }
+    while (end < uses.size() && IsSameEdge(uses[begin], uses[end])) ++end;
     if (end - begin == 2) {
       groups.Unite(uses[begin].face, uses[begin + 1].face);
     } else if (end - begin > 2) {
@@ -126,19 +126,16 @@ Cavities CollectCavities(const WorkingMesh& mesh) {
 }
 
 std::vector<std::vector<int32_t>> BoundaryLoops(const std::vector<CellFace>& faces) {
-  std::vector<std::pair<int32_t, int32_t>> edges;
-  for (const CellFace& face : faces) {
-    for (int j = 0; j < face.count; ++j) {
-      edges.emplace_back(face.v[j], face.v[(j + 1) % face.count]);
-    }
-  }
-  // Signed count per undirected edge; what does not cancel is boundary.
-  std::map<std::pair<int32_t, int32_t>, int> balance;
-  for (const auto& [a, b] : edges) balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
   std::map<int32_t, std::vector<int32_t>> next;
-  for (const auto& [edge, count] : balance) {
-    for (int k = 0; k < count; ++k) next[edge.second].push_back(edge.first);
-    for (int k = 0; k < -count; ++k) next[edge.first].push_back(edge.second);
+  const std::vector<EdgeUse> uses = CollectEdgeUses(faces);
+  for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+    // What runs either way does not cancel where it is boundary.
+    int balance = 0;
+    for (; end < uses.size() && IsSameEdge(uses[begin], uses[end]); ++end) {
+      balance += uses[end].forward ? 1 : -1;
+    }
+    for (int k = 0; k < balance; ++k) next[uses[begin].high].push_back(uses[begin].low);
+    for (int k = 0; k < -balance; ++k) next[uses[begin].low].push_back(uses[begin].high);
   }
   std::vector<std::vector<int32_t>> loops;
   while (!next.empty()) {

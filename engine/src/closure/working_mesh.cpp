@@ -14,10 +14,14 @@ constexpr size_t kEdgesPerCell = 4;
 
 CellEdges EdgesOf(const CellCorners& corners) {
   CellEdges edges;
+  const bool is_hexahedron = VerticesOf(corners).count == 8;  // with 12 different edges
   for (const auto& [i, j] : kCubeEdges) {
     const std::array<int32_t, 2> edge = {std::min(corners[i], corners[j]),
                                          std::max(corners[i], corners[j])};
-    if (edge[0] == edge[1] || std::find(edges.begin(), edges.end(), edge) != edges.end()) continue;
+    const bool is_known =
+        !is_hexahedron &&
+        (edge[0] == edge[1] || std::find(edges.begin(), edges.end(), edge) != edges.end());
+    if (is_known) continue;
     edges.edge[edges.count++] = edge;
   }
   return edges;

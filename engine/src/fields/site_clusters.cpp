@@ -101,8 +101,15 @@ std::vector<HeavyNode> HeavyNodes(const std::vector<float>& mass, double least,
   return heavy;
 }
 
-bool IsWellInside(const HullQueries& queries, const Vec3d& centre, const Vec3d& size) {
-  return !queries.IsWithin(centre, kMinDepth * Smallest(size)) && queries.IsInside(centre);
+// `node`: a place nearby that is inside.
+bool IsWellInside(const HullQueries& queries, const Vec3d& node, const Vec3d& centre,
+                  const Vec3d& size) {
+  const double depth = kMinDepth * Smallest(size);
+  // Where no hull comes between, both are on the same side, which is far cheaper to know.
+  constexpr double kSlack = 1.01;
+  const double reach = std::max(depth, kSlack * Norm(centre - node));
+  if (!queries.IsWithin(centre, reach)) return true;
+  return !queries.IsWithin(centre, depth) && queries.IsInside(centre);
 }
 
 }  // namespace
@@ -128,7 +135,7 @@ absl::StatusOr<Sites> ClusterSites(const Hull& hull, const BackgroundGrid& grid,
     const int32_t node = heavy.node;
     if (is_claimed[node] != 0) continue;
     const Vec3d centre = clusters.Centre(node);
-    if (!IsWellInside(*hull.queries, centre, form.sizes[node])) continue;
+    if (!IsWellInside(*hull.queries, grid.Position(node), centre, form.sizes[node])) continue;
     clusters.VisitClaimed(node, centre, [&](int32_t j) { is_claimed[j] = 1; });
     is_claimed[node] = 1;
     sites.position.push_back(centre);

@@ -60,6 +60,8 @@ class Follower {
 
   absl::Status CloseGaps(const std::vector<Gap>& gaps, const RunContext& run) {
     std::vector<Vec3d> places;
+    moves_.clear();
+    in_vain_.assign(moved_.size(), {});
     for (const Gap& gap : gaps) {
       if (absl::Status status = run.CheckStop(); !status.ok()) return status;
       const bool is_known = std::any_of(places.begin(), places.end(), [&](const Vec3d& p) {
@@ -91,9 +93,37 @@ class Follower {
     const std::vector<int32_t> around = VerticesAround(gap);
     for (int round = 0; round < kMostRounds; ++round) {
       bool moved = false;
-      for (const int32_t v : around) moved = MoveVertex(v) || moved;
+      for (const int32_t v : around) {
+        if (!IsWorthAsking(v) || !MoveVertex(v)) continue;
+        moves_.push_back(v);
+        moved = true;
+      }
       if (!moved) break;
     }
+  }
+
+  // A vertex that stayed where it was does so again until something around it has moved.
+  bool IsWorthAsking(int32_t v) {
+    Refusal& refusal = in_vain_[v];
+    if (refusal.reach < 0) return true;
+    for (size_t& move = refusal.seen_moves; move < moves_.size(); ++move) {
+      if (Matters(moves_[move], v, refusal.reach)) return true;
+    }
+    return false;
+  }
+
+  // Whether the place of `other` has a part in what MoveVertex(v) finds: as a corner of a cell at v
+  // or of a face of the boundary that is looked at.
+  bool Matters(int32_t other, int32_t v, double reach) const {
+    for (const int32_t c : placement_.neighbourhoods.cells[other]) {
+      const CellCorners& corners = placement_.complex.cells[c];
+      if (std::find(corners.begin(), corners.end(), v) != corners.end()) return true;
+    }
+    const auto faces = placement_.neighbourhoods.hull_faces[other];
+    return std::any_of(faces.begin(), faces.end(), [&](int32_t f) {
+      return sampling_.face_index().Visits(placement_.complex.vertices[v], reach,
+                                           sampling_.face_middles()[f]);
+    });
   }
 
   std::vector<int32_t> VerticesAround(const Gap& gap) const {
@@ -119,6 +149,11 @@ class Follower {
     Vec3d place;
     double cost;
   };
+  // That a vertex has found no better place.
+  struct Refusal {
+    double reach = -1;      // what was looked at, VertexDeviation::reach; < 0: no refusal
+    size_t seen_moves = 0;  // so many of moves_ have no part in it
+  };
 
   bool IsOnFeature(int32_t v) const {
     const VertexConstraint& constraint = placement_.constraints.vertex[v];
@@ -137,6 +172,7 @@ class Follower {
     if (is_on_feature && constraint.kind == Constraint::kCorner) return false;
     const Vec3d start = placement_.complex.vertices[v];
     VertexDeviation deviation(sampling_, limits_, v);
+    in_vain_[v] = {deviation.reach(), moves_.size()};
     const Deviation here = deviation.At(start);
     if (!(here.cost > 0) || here.largest > kLost) return false;
     std::vector<Choice> choices;
@@ -199,6 +235,7 @@ class Follower {
     }
     if (!best.has_value()) return false;
     moved_[v] = 1;
+    in_vain_[v] = {};
     placement_.complex.vertices[v] = *best;
     return true;
   }
@@ -208,7 +245,9 @@ class Follower {
   const DeviationLimits& limits_;
   const PlacementView view_;
   const double floor_;
-  std::vector<uint8_t> moved_;  // [vertex]
+  std::vector<uint8_t> moved_;    // [vertex]
+  std::vector<Refusal> in_vain_;  // [vertex]
+  std::vector<int32_t> moves_;    // vertices in the order of their moves
 };
 
 // Takes moves back until the boundary is an embedding again.

@@ -181,42 +181,69 @@ VertexDeviation::VertexDeviation(const HullSampling& sampling, const DeviationLi
     }
     fans_.push_back(fan);
   }
-  FindSamples();
+  FindSamples(FindOtherFaces());
   FindCreaseSamples();
 }
 
-void VertexDeviation::FindSamples() {
-  const Placement& placement = sampling_.placement();
-  const std::vector<Vec3d>& vertices = placement.complex.vertices;
-  const Vec3d& here = vertices[vertex_];
+double VertexDeviation::reach() const { return reach_ + kBeyondFaces + kFaceReach; }
+
+std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const {
+  const CellComplex& complex = sampling_.placement().complex;
+  std::vector<OtherFace> faces;
+  sampling_.face_index().VisitNear(complex.vertices[vertex_], reach(), [&](int32_t f) {
+    const CellFace& face = complex.hull_faces[f];
+    const auto end = face.v.begin() + face.count;
+    if (std::find(face.v.begin(), end, vertex_) != end) return;
+    OtherFace other{face.count, {}, MiddleOf(face, complex.vertices), 0};
+    for (int j = 0; j < face.count; ++j) {
+      other.corner[j] = complex.vertices[face.v[j]];
+      other.extent = std::max(other.extent, Norm(other.corner[j] - other.middle));
+    }
+    faces.push_back(other);
+  });
+  return faces;
+}
+
+// Those that the other faces alone bring near enough never count.
+void VertexDeviation::FindSamples(const std::vector<OtherFace>& faces) {
+  const Vec3d& here = sampling_.placement().complex.vertices[vertex_];
   const double radius = reach_ + kBeyondFaces;
   sampling_.point_index().VisitNear(here, radius, [&](int32_t i) {
-    const Vec3d& p = sampling_.points()[i];
-    if (Norm(p - here) <= radius) samples_.push_back({p, here, 1e300});
+    Sample sample{sampling_.points()[i], here, 1e300};
+    if (Norm(sample.point - here) > radius) return;
+    if (Locate(faces, &sample)) samples_.push_back(sample);
   });
-  sampling_.face_index().VisitNear(here, radius + kFaceReach, [&](int32_t f) {
-    const CellFace& face = placement.complex.hull_faces[f];
-    if (std::find(face.v.begin(), face.v.begin() + face.count, vertex_) !=
-        face.v.begin() + face.count) {
-      return;
-    }
-    const FaceCorners corners = CornersOf(face, vertices);
-    const Vec3d middle = MiddleOf(face, vertices);
-    double extent = 0;
-    for (int j = 0; j < face.count; ++j) {
-      extent = std::max(extent, Norm(corners.corner[j] - middle));
-    }
-    for (Sample& sample : samples_) {
-      if (Norm(sample.point - middle) - extent >= sample.distance) continue;
-      VisitTriangles(corners.corner, corners.count,
-                     [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-                       const Vec3d q = ClosestPointOnTriangle(sample.point, a, b, c);
-                       const double distance = Norm(q - sample.point);
-                       if (distance < sample.distance)
-                         sample.distance = distance, sample.nearest = q;
-                     });
-    }
-  });
+}
+
+// Sets what is nearest to the sample; false where that is within the free distance.
+bool VertexDeviation::Locate(const std::vector<OtherFace>& faces, Sample* sample) const {
+  const Vec3d& p = sample->point;
+  const auto try_face = [&](const OtherFace& face) {
+    VisitTriangles(face.corner, face.count, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+      const Vec3d q = ClosestPointOnTriangle(p, a, b, c);
+      const double distance = Norm(q - p);
+      if (distance < sample->distance) sample->distance = distance, sample->nearest = q;
+    });
+    return sample->distance > limits_.free;
+  };
+  // Mostly it is the face with the nearest middle, which bounds what others can be.
+  const OtherFace* likely = nullptr;
+  double bound = 1e300;
+  for (const OtherFace& face : faces) {
+    const double squared = SquaredNorm(p - face.middle);
+    if (squared < bound) bound = squared, likely = &face;
+  }
+  if (likely == nullptr) return true;
+  if (!try_face(*likely)) return false;
+  // Once more in their order: of equally near points the first face's is taken.
+  constexpr double kRoundingSlack = 1 + 1e-9;
+  const double enough = sample->distance * kRoundingSlack;
+  *sample = {p, sample->nearest, 1e300};
+  for (const OtherFace& face : faces) {
+    if (Norm(p - face.middle) - face.extent >= std::min(sample->distance, enough)) continue;
+    if (!try_face(face)) return false;
+  }
+  return true;
 }
 
 void VertexDeviation::FindCreaseSamples() {

@@ -23,7 +23,7 @@ struct DeviationLimits {
 DeviationLimits LimitsFor(const Hull& hull);
 
 struct Deviation {
-  double largest = 0;  // distance, either way
+  double largest = 0;  // distance, either way; those that do not count may be left out
   double cost = 0;     // sum over samples of the squared distance beyond DeviationLimits::free, and
                        // over those of creases of the squared distance
 };
@@ -53,7 +53,8 @@ class HullSampling {
   const std::vector<Vec3d>& crease_points() const { return crease_points_; }
   const fields::PointIndex& point_index() const { return point_index_; }
   const fields::PointIndex& crease_index() const { return crease_index_; }
-  const fields::PointIndex& face_index() const { return face_index_; }  // by their middles
+  const std::vector<Vec3d>& face_middles() const { return face_middles_; }  // of the start
+  const fields::PointIndex& face_index() const { return face_index_; }      // by those
 
  private:
   const Hull& hull_;
@@ -66,6 +67,10 @@ class HullSampling {
 class VertexDeviation {
  public:
   VertexDeviation(const HullSampling& sampling, const DeviationLimits& limits, int32_t vertex);
+
+  // Of the boundary's faces that are not at the vertex, those matter that the index of faces visits
+  // within this of it.
+  double reach() const;
 
   // With the vertex at `position`. What costs more than `bound` is not looked at to the end.
   Deviation At(const Vec3d& position, double bound = 1e300);
@@ -88,7 +93,17 @@ class VertexDeviation {
     double extent = 0;
   };
 
-  void FindSamples();
+  // A face not at the vertex, and a ball around it.
+  struct OtherFace {
+    int count = 0;
+    Vec3d corner[4];
+    Vec3d middle;
+    double extent = 0;
+  };
+
+  std::vector<OtherFace> FindOtherFaces() const;
+  void FindSamples(const std::vector<OtherFace>& faces);
+  bool Locate(const std::vector<OtherFace>& faces, Sample* sample) const;
   void FindCreaseSamples();
   void AddHullSamples(double bound, Deviation* deviation);
   void AddBoundarySamples(Deviation* deviation);

@@ -6,8 +6,20 @@
 namespace amhex {
 namespace {
 
+bool HasEightVertices(const CellCorners& corners) {
+  for (int i = 1; i < 8; ++i) {
+    for (int j = 0; j < i; ++j) {
+      if (corners[i] == corners[j]) return false;
+    }
+  }
+  return true;
+}
+
 // Drops repeated neighbours from a ring of four; returns a face of 0, 3 or 4 corners.
 CellFace CollapsedFace(const CellCorners& corners, const std::array<int, 4>& ring) {
+  const int32_t a = corners[ring[0]], b = corners[ring[1]], c = corners[ring[2]],
+                d = corners[ring[3]];
+  if (a != b && b != c && c != d && d != a && a != c && b != d) return {4, {a, b, c, d}};
   CellFace face;
   for (const int corner : ring) {
     const int32_t v = corners[corner];
@@ -103,6 +115,7 @@ CellVertices VerticesOf(const CellCorners& corners) {
 }
 
 std::optional<PrimitiveType> RecognizeCell(const CellCorners& corners) {
+  if (HasEightVertices(corners)) return PrimitiveType::kHexahedron;  // nothing is collapsed
   const CellVertices vertices = VerticesOf(corners);
   const CellFaces faces = FacesOf(corners);
   int quads = 0, triangles = 0;

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "optimize/hull_deviation.h"
+#include "optimize/placement.h"
 #include "optimize/raise_quality.h"
 #include "output/mesh_statistics.h"
 #include "output/validate.h"
@@ -81,6 +82,38 @@ MeshStatistics Measured(const CellComplex& complex, const Hull& hull) {
 double LargestDistance(const CellComplex& complex, const Hull& hull) {
   const MeshStatistics statistics = Measured(complex, hull);
   return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
+}
+
+// Of samples of the hull only.
+TEST(VertexDeviation, HasTheDistancesThatQueriesOfTheWholeBoundaryHave) {
+  const Roof roof{2.65, 0.6};
+  const Hull hull = HullUnder(roof);
+  CellComplex complex = CubesUnder(roof);
+  const HullFeatures features(hull);
+  Placement placement = PreparePlacement(complex, features);
+  const HullSampling sampling(hull, placement);
+  const DeviationLimits limits = LimitsFor(hull);
+  std::vector<Gap> gaps = sampling.GapsBeyond(limits.free, StopPoll());
+  const std::vector<Vec3d>& points = sampling.points();
+  std::erase_if(gaps, [&](const Gap& gap) {
+    return std::find(points.begin(), points.end(), gap.sample) == points.end();
+  });
+  ASSERT_FALSE(gaps.empty());
+  double largest = 0;
+  for (int32_t v = 0; v < static_cast<int32_t>(complex.vertices.size()); ++v) {
+    VertexDeviation deviation(sampling, limits, v);
+    deviation.At(complex.vertices[v]);
+    const Gap& worst = deviation.worst_of_hull();
+    if (worst.distance <= limits.free || placement.neighbourhoods.hull_faces[v].size() == 0) {
+      continue;
+    }
+    const auto known = std::find_if(gaps.begin(), gaps.end(),
+                                    [&](const Gap& gap) { return gap.sample == worst.sample; });
+    ASSERT_NE(known, gaps.end()) << v;
+    EXPECT_NEAR(worst.distance, known->distance, 1e-12) << v;
+    largest = std::max(largest, worst.distance);
+  }
+  EXPECT_NEAR(largest, gaps.front().distance, 1e-12);
 }
 
 TEST(FollowHull, OfNothingIsNothing) {
