@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "errors.h"
+#include "google/protobuf/util/message_differencer.h"
 #include "job.h"
 
 namespace amhex::server {
@@ -14,7 +15,7 @@ using amhex::v1::Job;
 using amhex::v1::WatchJobResponse;
 
 // About a minute of progress at the workers' highest rate.
-constexpr size_t kMaxProgressFrames = 1024;
+constexpr size_t kMaxSkippableFrames = 1024;
 
 void WakeAll(const std::vector<std::shared_ptr<FeedListener>>& listeners) {
   for (const auto& listener : listeners) listener->Wake();
@@ -34,26 +35,31 @@ JobFeed::JobFeed(const Job& job, FrameCounter* counter)
   last_dropped_seq_ = last_seq_;
 }
 
-std::vector<std::shared_ptr<FeedListener>> JobFeed::AppendLocked(WatchJobResponse response,
-                                                                 bool is_progress) {
+std::vector<std::shared_ptr<FeedListener>> JobFeed::AppendLocked(Frame frame) {
+  if (frame.kind == FrameKind::kRepeat) DropLastRepeatLocked();
   last_seq_ = counter_->Next();
-  response.set_seq(last_seq_);
-  frames_.push_back({std::move(response), is_progress});
+  frame.response.set_seq(last_seq_);
+  skippable_frame_count_ += frame.can_be_skipped() ? 1 : 0;
+  frames_.push_back(std::move(frame));
   last_publish_time_ = absl::Now();
-  if (is_progress) {
-    ++progress_frame_count_;
-    DropOldProgressLocked();
-  }
+  DropOldSkippableLocked();
   return ListenersLocked();
 }
 
-void JobFeed::DropOldProgressLocked() {
-  while (progress_frame_count_ > kMaxProgressFrames) {
+// What it said is said again: no reader misses anything, so that no gap is to be told of.
+void JobFeed::DropLastRepeatLocked() {
+  if (frames_.empty() || frames_.back().kind != FrameKind::kRepeat) return;
+  frames_.pop_back();
+  --skippable_frame_count_;
+}
+
+void JobFeed::DropOldSkippableLocked() {
+  while (skippable_frame_count_ > kMaxSkippableFrames) {
     const auto oldest = std::find_if(frames_.begin(), frames_.end(),
-                                     [](const Frame& frame) { return frame.is_progress; });
+                                     [](const Frame& frame) { return frame.can_be_skipped(); });
     last_dropped_seq_ = std::max(last_dropped_seq_, oldest->response.seq());
     frames_.erase(oldest);
-    --progress_frame_count_;
+    --skippable_frame_count_;
   }
 }
 
@@ -74,10 +80,12 @@ void JobFeed::PublishJob(const Job& job) {
     if (!merged.has_progress() && current_.has_progress()) {
       *merged.mutable_progress() = current_.progress();
     }
+    const bool is_known = google::protobuf::util::MessageDifferencer::Equals(merged, current_);
     current_ = merged;
-    WatchJobResponse response;
-    *response.mutable_job() = std::move(merged);
-    listeners = AppendLocked(std::move(response), false);
+    Frame frame;
+    frame.kind = is_known ? FrameKind::kRepeat : FrameKind::kNews;
+    *frame.response.mutable_job() = std::move(merged);
+    listeners = AppendLocked(std::move(frame));
   }
   WakeAll(listeners);
 }
@@ -96,9 +104,10 @@ void JobFeed::PublishProgress(const amhex::v1::Progress& progress) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     *current_.mutable_progress() = progress;
-    WatchJobResponse response;
-    *response.mutable_progress() = progress;
-    listeners = AppendLocked(std::move(response), true);
+    Frame frame;
+    frame.kind = FrameKind::kProgress;
+    *frame.response.mutable_progress() = progress;
+    listeners = AppendLocked(std::move(frame));
   }
   WakeAll(listeners);
 }
@@ -108,9 +117,9 @@ void JobFeed::PublishStage(const amhex::v1::StageReport& stage) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     *current_.add_stages() = stage;
-    WatchJobResponse response;
-    *response.mutable_stage() = stage;
-    listeners = AppendLocked(std::move(response), false);
+    Frame frame;
+    *frame.response.mutable_stage() = stage;
+    listeners = AppendLocked(std::move(frame));
   }
   WakeAll(listeners);
 }
@@ -233,10 +242,10 @@ FeedReader::Item FeedReader::Next(absl::Time now) {
     return {std::nullopt, feed_->closed_};
   }
   const bool replaying = next->response.seq() <= replay_until_;
-  if (next->is_progress && !replaying) {
-    // Only the newest of consecutive progress frames is worth sending.
+  if (next->can_be_skipped() && !replaying) {
+    // Only the newest of consecutive frames like these is worth sending.
     int64_t passed_over = 0;
-    while (next + 1 != frames.end() && (next + 1)->is_progress) {
+    while (next + 1 != frames.end() && (next + 1)->can_be_skipped()) {
       ++next;
       ++passed_over;
     }

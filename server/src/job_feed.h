@@ -1,8 +1,10 @@
 // What watchers of one job see: numbered frames, kept for replay, conflated for slow readers.
 //
 // Writers never wait for readers and readers hold no queue: each reader has a place in the shared
-// frames and skips progress frames that newer ones have overtaken. Jobs and stage reports are
-// never skipped; only progress frames are dropped when the feed is full.
+// frames and skips progress frames that newer ones have overtaken. Changes of the job and stage
+// reports are never skipped; only progress frames are dropped when the feed is full. A job that is
+// published once more as it was, to break a silence, takes the place of the one before: waiting for
+// a job costs no memory, however long.
 #pragma once
 
 #include <atomic>
@@ -73,15 +75,18 @@ class JobFeed {
 
  private:
   friend class FeedReader;
+  enum class FrameKind { kNews, kProgress, kRepeat };
   struct Frame {
     amhex::v1::WatchJobResponse response;
-    bool is_progress = false;
+    FrameKind kind = FrameKind::kNews;
+    // Whether a reader may do without it when there is a newer frame.
+    bool can_be_skipped() const { return kind != FrameKind::kNews; }
   };
 
   // Appends under the lock; returns whom to wake.
-  std::vector<std::shared_ptr<FeedListener>> AppendLocked(amhex::v1::WatchJobResponse response,
-                                                          bool is_progress);
-  void DropOldProgressLocked();
+  std::vector<std::shared_ptr<FeedListener>> AppendLocked(Frame frame);
+  void DropLastRepeatLocked();
+  void DropOldSkippableLocked();
   std::vector<std::shared_ptr<FeedListener>> ListenersLocked();
 
   FrameCounter* const counter_;
@@ -90,7 +95,7 @@ class JobFeed {
   std::deque<Frame> frames_;  // ascending by seq
   int64_t last_dropped_seq_ = 0;
   int64_t last_seq_ = 0;
-  size_t progress_frame_count_ = 0;
+  size_t skippable_frame_count_ = 0;
   absl::Time last_publish_time_;
   std::optional<absl::Status> closed_;
   std::vector<std::weak_ptr<FeedListener>> listeners_;

@@ -80,6 +80,9 @@ class JobManager {
     // these do not tell, then unknown_memory_bytes are set aside. Null: nothing is counted.
     std::function<ExpectedCost(const amhex::v1::MeshingParams&, int64_t)> predict_cost;
     int64_t unknown_memory_bytes = 0;
+    // Watchers of a job of which there is no news for so long get the job as it stands; WatchJob
+    // promises them a frame every 15 s.
+    absl::Duration quiet_feed_interval = absl::Seconds(10);
     // Wait before a job whose worker died is tried again; doubled per attempt.
     absl::Duration retry_delay = absl::Seconds(1);
     // Unused blobs and resting uploads are removed after these.

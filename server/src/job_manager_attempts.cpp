@@ -20,8 +20,6 @@ using amhex::v1::Job;
 constexpr absl::Duration kTick = absl::Milliseconds(50);
 constexpr absl::Duration kQueueInterval = absl::Seconds(1);
 constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
-// WatchJob promises a frame every 15 s.
-constexpr absl::Duration kQuietFeedInterval = absl::Seconds(10);
 // Frames of a job that does not run are kept this long for readers that reconnect.
 constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 
@@ -275,7 +273,9 @@ void JobManager::TendWatchedFeeds() {
   for (const auto& feed : feeds) {
     readers += feed->reader_count();
     const absl::Duration quiet = absl::Now() - feed->last_publish_time();
-    if (quiet > kQuietFeedInterval && !IsFinal(feed->state())) feed->PublishJob(feed->Current());
+    if (quiet > options_.quiet_feed_interval && !IsFinal(feed->state())) {
+      feed->PublishJob(feed->Current());
+    }
     feed->WakeReaders();
   }
   metrics_->watchers.Set(static_cast<double>(readers));

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "errors.h"
 
 namespace amhex::server {
@@ -141,6 +145,54 @@ TEST_F(JobFeedTest, FullFeedDropsProgressAndKeepsStages) {
   const auto frames = TakeAll(reader.get());
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_TRUE(frames[0].has_stage());
+}
+
+TEST_F(JobFeedTest, JobPublishedAgainAsItWasTakesNoMoreRoom) {
+  const auto slow = Open();
+  const int64_t seen = Take(slow.get()).seq();
+  const auto reader = Open();
+  int64_t last = Take(reader.get()).seq();
+  for (int i = 0; i < 5000; ++i) {
+    feed_->PublishJob(feed_->Current());
+    // Whoever waits hears of each.
+    const WatchJobResponse frame = Take(reader.get());
+    EXPECT_EQ(frame.job().state(), Job::QUEUED);
+    EXPECT_GT(frame.seq(), last);
+    last = frame.seq();
+  }
+  EXPECT_EQ(TakeAll(slow.get()).size(), 1u);
+  // One that comes back finds no more than one of them kept, and has missed nothing.
+  const auto frames = TakeAll(Open(seen).get());
+  EXPECT_LE(frames.size(), 2u);
+  EXPECT_FALSE(frames.at(0).gap());
+}
+
+TEST_F(JobFeedTest, JobPublishedAgainDoesNotHideWhatCameBefore) {
+  const auto reader = Open();
+  Take(reader.get());
+  feed_->PublishJob(MakeJob(Job::RUNNING));
+  feed_->PublishJob(feed_->Current());
+  feed_->PublishStage({});
+  feed_->PublishJob(feed_->Current());
+  feed_->PublishJob(MakeJob(Job::SUCCEEDED));
+  feed_->PublishJob(feed_->Current());
+  std::vector<std::string> told;
+  for (const auto& frame : TakeAll(reader.get())) {
+    told.push_back(frame.has_stage() ? "stage" : Job::State_Name(frame.job().state()));
+  }
+  told.erase(std::unique(told.begin(), told.end()), told.end());
+  EXPECT_EQ(told, (std::vector<std::string>{"RUNNING", "stage", "RUNNING", "SUCCEEDED"}));
+}
+
+TEST_F(JobFeedTest, SilencesBetweenProgressTakeNoMoreRoomThanProgress) {
+  feed_->PublishStage({});
+  const auto reader = Open();
+  const int64_t seen = Take(reader.get()).seq();
+  for (int i = 0; i < 5000; ++i) {
+    feed_->PublishProgress(Iteration(i));
+    feed_->PublishJob(feed_->Current());
+  }
+  EXPECT_LT(TakeAll(Open(seen).get()).size(), 2000u);
 }
 
 TEST_F(JobFeedTest, NumberNeverSentIsRefused) {

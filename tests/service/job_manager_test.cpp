@@ -180,6 +180,38 @@ TEST_F(JobManagerTest, KillingWorkersFromOutsideLosesNoJob) {
   for (const std::string& id : ids) EXPECT_EQ(Finished(id).state(), Job::SUCCEEDED);
 }
 
+// Hears that there may be news, and forgets it.
+class DeafListener : public FeedListener {
+ public:
+  void Wake() override {}
+};
+
+TEST_F(JobManagerTest, WatchersHearOfAJobAlsoWhileNothingHappensToIt) {
+  EXPECT_LE(options_.quiet_feed_interval, absl::Seconds(14));  // of 15, a tick and the way to them
+  options_.quiet_feed_interval = absl::Milliseconds(20);
+  Start();
+  const std::string go = folder_ / "go";
+  const std::string silent = Submit("progress 7; until " + go + "; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(silent, 7));
+  const std::string waiting = Submit("succeed mesh;");
+  for (const std::string& id : {silent, waiting}) {
+    amhex::v1::WatchJobRequest request;
+    request.set_name(JobName(id));
+    const auto reader = manager_->Watch(Everyone(), request, std::make_shared<DeafListener>());
+    ASSERT_TRUE(reader.ok()) << reader.status();
+    for (int frames = 0; frames < 5; ++frames) {
+      FeedReader::Item item;
+      ASSERT_TRUE(Eventually([&] {
+        item = (*reader)->Next(absl::Now());
+        return item.frame.has_value();
+      }));
+      EXPECT_EQ(item.frame->job().state(), id == silent ? Job::RUNNING : Job::QUEUED);
+    }
+  }
+  std::ofstream(go) << "x";
+  EXPECT_EQ(Finished(waiting).state(), Job::SUCCEEDED);
+}
+
 TEST_F(JobManagerTest, MissingBlobIsRefusedWithItsName) {
   Start();
   amhex::v1::SubmitJobRequest request;
