@@ -3,6 +3,8 @@
 
     docs/generate_api.py           writes the file
     docs/generate_api.py --check   exit status 1 if the file is not what would be written
+
+Either way the exit status is 1 if a field's comment does not say its range, default or absence.
 """
 import pathlib
 import re
@@ -93,6 +95,29 @@ def type_text(statement):
     return name, (label or "") + kind
 
 
+NUMBERS = {"int32", "int64", "uint32", "uint64", "float", "double", "google.protobuf.Duration"}
+TEXTS = {"string", "bytes"}
+messages = set()  # names of all messages
+lacking = []  # fields whose comments do not say what they must
+
+
+def check(owner, name, kind, comment):
+    """A number says its range, a text or list when it is empty, a message when it is absent."""
+    text, bare = " ".join(comment), kind.split()[-1]
+    if kind.startswith(("repeated", "map")) or bare in TEXTS:
+        wanted = r"Required|[Ee]mpty|Range: \[1,"
+    elif bare in NUMBERS:
+        wanted = r"Range:"
+    elif bare == "bool":
+        wanted = r"Default:|Is true"
+    elif "." in bare or bare in messages:
+        wanted = r"Required|[Aa]bsent|Always set|[Oo]nly set"
+    else:
+        wanted = r"."
+    if not re.search(wanted, text):
+        lacking.append(f"{owner}.{name}: {wanted}")
+
+
 def read_body(reader, owner, out):
     """The fields of a message: rows, and nested enums into `out`."""
     rows, oneof = [], None
@@ -108,6 +133,8 @@ def read_body(reader, owner, out):
             out.append(read_enum(reader, comment, f"{owner}.{statement.split()[1]}"))
         else:
             name, kind = type_text(statement)
+            if oneof is None:
+                check(owner, name, kind, comment)
             rows.append((name, kind + (f", one of `{oneof}`" if oneof else ""), cell(comment)))
 
 
@@ -169,7 +196,11 @@ def document(name):
 def main():
     found = sorted(path.stem for path in (ROOT / "proto/amhex/v1").glob("*.proto"))
     names = [name for name in FIRST if name in found] + [name for name in found if name not in FIRST]
+    for name in names:
+        messages.update(re.findall(r"^message (\w+)", (ROOT / f"proto/amhex/v1/{name}.proto").read_text(), re.M))
     page = HEAD + "\n".join(document(name) for name in names)
+    if lacking:
+        sys.exit("comments of fields lack something:\n" + "\n".join(lacking))
     if sys.argv[1:] == ["--check"]:
         if TARGET.read_text() != page:
             sys.exit("docs/api.md is not what docs/generate_api.py writes; run it")
