@@ -1,5 +1,6 @@
 #include "blob_service.h"
 
+#include "absl/strings/str_cat.h"
 #include "blob_reactors.h"
 #include "grpc_status.h"
 #include "request_checks.h"
@@ -47,11 +48,17 @@ grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(
       AMHEX_ASSIGN_OR_RETURN(const Caller caller,
                              authenticator_->Identify(*context, {Role::kSubmit}));
       AMHEX_RETURN_IF_ERROR(CheckFindMissing(*request));
-      for (const auto& blob : request->blobs()) {
-        AMHEX_ASSIGN_OR_RETURN(const bool there, manager_->HasBlob(caller, blob));
-        if (!there) *response->add_missing_blobs() = blob;
+      FieldViolations bad;
+      for (int i = 0; i < request->blobs_size(); ++i) {
+        const amhex::v1::BlobRef& blob = request->blobs(i);
+        AMHEX_ASSIGN_OR_RETURN(const auto size, manager_->SizeOfBlob(caller, blob));
+        if (!size) {
+          *response->add_missing_blobs() = blob;
+        } else {
+          CheckSaidSize(absl::StrCat("blobs[", i, "].size_bytes"), blob, *size, &bad);
+        }
       }
-      return absl::OkStatus();
+      return bad.ToStatus();
     };
     reactor->Finish(ToGrpc(answer()));
   });

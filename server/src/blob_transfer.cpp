@@ -48,6 +48,9 @@ absl::Status BlobSender::Open(const Caller& caller, const amhex::v1::ReadBlobReq
   AMHEX_RETURN_IF_ERROR(CheckRead(request));
   AMHEX_ASSIGN_OR_RETURN(file_, manager_->OpenBlob(caller, request.blob().sha256()));
   AMHEX_ASSIGN_OR_RETURN(blob_size_, FileSize(file_.get()));
+  FieldViolations bad;
+  CheckSaidSize("blob.size_bytes", request.blob(), blob_size_, &bad);
+  AMHEX_RETURN_IF_ERROR(bad.ToStatus());
   AMHEX_ASSIGN_OR_RETURN(const ByteRange range, RangeToRead(request, blob_size_));
   position_ = range.begin;
   end_ = range.end;

@@ -122,6 +122,12 @@ void FieldViolations::Add(const std::string& field, const std::string& descripti
       {field.substr(0, kMaxDescriptionBytes), description.substr(0, kMaxDescriptionBytes)});
 }
 
+void FieldViolations::AddWithin(const std::string& field, const FieldViolations& inner) {
+  for (const Violation& violation : inner.violations_) {
+    Add(field + "." + violation.field, violation.description);
+  }
+}
+
 absl::Status FieldViolations::ToStatus() const {
   if (violations_.empty()) return absl::OkStatus();
   google::rpc::BadRequest bad;

@@ -45,6 +45,8 @@ absl::Status FromRpcStatus(const google::rpc::Status& error);
 class FieldViolations {
  public:
   void Add(const std::string& field, const std::string& description);
+  // Those of a message that stands in `field`.
+  void AddWithin(const std::string& field, const FieldViolations& inner);
   bool empty() const { return violations_.empty(); }
 
   // OK, or INVALID_ARGUMENT with one BadRequest that names all fields.

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "amhex/v1/meshing_service.pb.h"
 #include "blob_store.h"
 #include "caller.h"
+#include "errors.h"
 #include "job_feed.h"
 #include "job_relay.h"
 #include "job_store.h"
@@ -62,6 +64,10 @@ struct AdmittedInput {
   amhex::v1::BlobRef blob;
   int64_t element_count = 0;  // triangles, points or cells; 0: the header's beginning does not tell
 };
+
+// A blob may be named with its size; one that is not the stored size is a bad field.
+void CheckSaidSize(const std::string& field, const amhex::v1::BlobRef& blob, int64_t stored_size,
+                   FieldViolations* bad);
 
 // Thread-safe. The methods that touch the store block for its disk.
 class JobManager {
@@ -128,8 +134,9 @@ class JobManager {
   absl::Status FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
                             BlobUpload* upload);
   absl::StatusOr<UniqueFd> OpenBlob(const Caller& caller, const std::string& sha256);
-  // Whether the caller has the blob; if so, keeps it for another while.
-  absl::StatusOr<bool> HasBlob(const Caller& caller, const amhex::v1::BlobRef& blob);
+  // The size of a blob that the caller has, which is kept for another while; else nothing.
+  absl::StatusOr<std::optional<int64_t>> SizeOfBlob(const Caller& caller,
+                                                    const amhex::v1::BlobRef& blob);
   // For workers of this machine.
   std::string PathOfBlob(const std::string& sha256) const { return blobs_->PathOf(sha256); }
   // A path for a worker's unfinished business; removed at the next start at the latest.

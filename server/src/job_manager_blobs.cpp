@@ -22,11 +22,21 @@ absl::Status BlobNotFound(const std::string& sha256) {
 
 }  // namespace
 
-absl::StatusOr<bool> JobManager::HasBlob(const Caller& caller, const amhex::v1::BlobRef& blob) {
-  if (!blobs_->Contains(blob.sha256())) return false;
+void CheckSaidSize(const std::string& field, const amhex::v1::BlobRef& blob, int64_t stored_size,
+                   FieldViolations* bad) {
+  if (blob.size_bytes() == 0 || blob.size_bytes() == stored_size) return;
+  bad->Add(field, "is " + std::to_string(blob.size_bytes()) + ", but the blob has " +
+                      std::to_string(stored_size) + " bytes");
+}
+
+absl::StatusOr<std::optional<int64_t>> JobManager::SizeOfBlob(const Caller& caller,
+                                                              const amhex::v1::BlobRef& blob) {
+  const absl::StatusOr<int64_t> size = blobs_->Size(blob.sha256());
+  if (!size.ok()) return std::nullopt;
   AMHEX_ASSIGN_OR_RETURN(const bool owned, store_->OwnsBlob(caller.tenant.name, blob.sha256()));
-  if (owned) blobs_->Touch(blob.sha256());
-  return owned;
+  if (!owned) return std::nullopt;
+  blobs_->Touch(blob.sha256());
+  return *size;
 }
 
 absl::Status JobManager::CheckBlobQuota(const Tenant& tenant, int64_t more_bytes) {
@@ -38,10 +48,12 @@ absl::Status JobManager::CheckBlobQuota(const Tenant& tenant, int64_t more_bytes
 
 absl::StatusOr<JobManager::UploadState> JobManager::FindUpload(const Caller& caller,
                                                                const amhex::v1::BlobRef& blob) {
-  AMHEX_ASSIGN_OR_RETURN(const bool there, HasBlob(caller, blob));
-  if (!there) return UploadState{blobs_->UploadedSize(caller.tenant.name, blob.sha256()), false};
-  AMHEX_ASSIGN_OR_RETURN(const int64_t size, blobs_->Size(blob.sha256()));
-  return UploadState{size, true};
+  AMHEX_ASSIGN_OR_RETURN(const auto size, SizeOfBlob(caller, blob));
+  if (!size) return UploadState{blobs_->UploadedSize(caller.tenant.name, blob.sha256()), false};
+  FieldViolations bad;
+  CheckSaidSize("blob.size_bytes", blob, *size, &bad);
+  AMHEX_RETURN_IF_ERROR(bad.ToStatus());
+  return UploadState{*size, true};
 }
 
 absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
@@ -70,17 +82,13 @@ absl::StatusOr<UniqueFd> JobManager::OpenBlob(const Caller& caller, const std::s
 
 absl::StatusOr<amhex::v1::BlobRef> JobManager::CheckBlob(const Caller& caller,
                                                          const amhex::v1::BlobRef& blob) {
-  AMHEX_ASSIGN_OR_RETURN(const bool there, HasBlob(caller, blob));
-  if (!there) return BlobMissing(blob.sha256());
-  AMHEX_ASSIGN_OR_RETURN(const int64_t size, blobs_->Size(blob.sha256()));
-  if (blob.size_bytes() != 0 && blob.size_bytes() != size) {
-    FieldViolations bad;
-    bad.Add("input_blob.size_bytes", "is " + std::to_string(blob.size_bytes()) +
-                                         ", but the blob has " + std::to_string(size) + " bytes");
-    return bad.ToStatus();
-  }
+  AMHEX_ASSIGN_OR_RETURN(const auto size, SizeOfBlob(caller, blob));
+  if (!size) return BlobMissing(blob.sha256());
+  FieldViolations bad;
+  CheckSaidSize("input_blob.size_bytes", blob, *size, &bad);
+  AMHEX_RETURN_IF_ERROR(bad.ToStatus());
   amhex::v1::BlobRef whole = blob;
-  whole.set_size_bytes(size);
+  whole.set_size_bytes(*size);
   return whole;
 }
 

@@ -70,6 +70,9 @@ void CheckInput(const amhex::v1::SubmitJobRequest& request, const Limits& limits
     if (!IsSha256Hex(request.input_blob().sha256())) {
       bad->Add("input_blob.sha256", "must be 64 lower-case hexadecimal digits");
     }
+    if (request.input_blob().size_bytes() < 0) {
+      bad->Add("input_blob.size_bytes", "must not be negative");
+    }
   } else {
     bad->Add("input", "inline_input or input_blob is required");
   }
@@ -117,9 +120,7 @@ int64_t ReadPageToken(const amhex::v1::ListJobsRequest& request) {
   return parsed.ec == std::errc() && parsed.ptr == end && number > 0 ? number : 0;
 }
 
-}  // namespace
-
-absl::Status CheckSubmit(const amhex::v1::SubmitJobRequest& request, const Limits& limits) {
+FieldViolations BadFieldsOf(const amhex::v1::SubmitJobRequest& request, const Limits& limits) {
   FieldViolations bad;
   if (!request.request_id().empty() && !IsUuid(request.request_id())) {
     bad.Add("request_id", "must be a UUID of 36 characters");
@@ -139,22 +140,31 @@ absl::Status CheckSubmit(const amhex::v1::SubmitJobRequest& request, const Limit
   if (request.has_ttl()) {
     CheckSpan("ttl", request.ttl(), limits.max_retention_duration, &bad);
   }
-  return bad.ToStatus();
+  return bad;
+}
+
+}  // namespace
+
+absl::Status CheckSubmit(const amhex::v1::SubmitJobRequest& request, const Limits& limits) {
+  return BadFieldsOf(request, limits).ToStatus();
 }
 
 absl::Status CheckMeshBegin(const amhex::v1::MeshRequest& request, const Limits& limits) {
   FieldViolations bad;
-  if (!request.has_submit()) bad.Add("submit", "is required in the first message");
+  if (request.has_submit()) {
+    bad.AddWithin("submit", BadFieldsOf(request.submit(), limits));
+  } else {
+    bad.Add("submit", "is required in the first message");
+  }
   if (!request.data().empty()) bad.Add("data", "must not come in the first message");
   if (request.submit().validate_only()) {
     bad.Add("submit.validate_only", "makes no job; ask SubmitJob");
   }
   // What is to come in this stream is complete once that many bytes are there.
-  if (request.submit().has_input_blob() && request.submit().input_blob().size_bytes() < 1) {
+  if (request.submit().has_input_blob() && request.submit().input_blob().size_bytes() == 0) {
     bad.Add("submit.input_blob.size_bytes", "must be at least 1");
   }
-  if (const absl::Status status = bad.ToStatus(); !status.ok()) return status;
-  return CheckSubmit(request.submit(), limits);
+  return bad.ToStatus();
 }
 
 absl::Status CheckWatch(const amhex::v1::WatchJobRequest& request) {
@@ -197,10 +207,11 @@ absl::Status CheckFindMissing(const amhex::v1::FindMissingBlobsRequest& request)
     return bad.ToStatus();
   }
   for (int i = 0; i < request.blobs_size(); ++i) {
+    const std::string field = absl::StrCat("blobs[", i, "].");
     if (!IsSha256Hex(request.blobs(i).sha256())) {
-      bad.Add("blobs[" + std::to_string(i) + "].sha256",
-              "must be 64 lower-case hexadecimal digits");
+      bad.Add(field + "sha256", "must be 64 lower-case hexadecimal digits");
     }
+    if (request.blobs(i).size_bytes() < 0) bad.Add(field + "size_bytes", "must not be negative");
   }
   return bad.ToStatus();
 }
@@ -210,6 +221,7 @@ absl::Status CheckRead(const amhex::v1::ReadBlobRequest& request) {
   if (!IsSha256Hex(request.blob().sha256())) {
     bad.Add("blob.sha256", "must be 64 lower-case hexadecimal digits");
   }
+  if (request.blob().size_bytes() < 0) bad.Add("blob.size_bytes", "must not be negative");
   if (request.offset() < 0) bad.Add("offset", "must not be negative");
   if (request.limit() < 0) bad.Add("limit", "must not be negative");
   if (request.chunk_bytes() < 0) bad.Add("chunk_bytes", "must not be negative");

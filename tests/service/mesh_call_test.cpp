@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "amhex/v1/blob_service.grpc.pb.h"
@@ -248,6 +249,25 @@ TEST_F(MeshCallTest, MessagesInAnyOtherOrderAreRefused) {
     EXPECT_EQ(Reason(call.status), tried.reason) << tried.what;
   }
   EXPECT_EQ(JobCount(), 0u);
+}
+
+TEST_F(MeshCallTest, AllBadFieldsOfTheFirstMessageAreNamedAtOnce) {
+  auto request = Named("input");
+  request.set_data("x");
+  auto& submit = *request.mutable_submit();
+  submit.set_validate_only(true);
+  submit.set_priority(101);
+  submit.mutable_input_blob()->set_sha256("x");
+  submit.mutable_input_blob()->clear_size_bytes();
+  submit.mutable_params()->mutable_run()->set_seed(-1);
+  MeshCall call(mesher_.get());
+  call.Send(request);
+  call.ReadAll();
+  std::vector<std::string> fields = BadFields(call.status);
+  std::sort(fields.begin(), fields.end());
+  EXPECT_EQ(fields, (std::vector<std::string>{
+                        "data", "submit.input_blob.sha256", "submit.input_blob.size_bytes",
+                        "submit.params.run.seed", "submit.priority", "submit.validate_only"}));
 }
 
 TEST_F(MeshCallTest, UploadThatWasCutGoesOnInTheNextCall) {
