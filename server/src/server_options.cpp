@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <climits>
 #include <filesystem>
 #include <regex>
@@ -157,9 +158,30 @@ void AddLimitFlags(CLI::App* app, Limits* limits) {
   app->add_option("--max-triangles", limits->max_triangle_count, "Triangles of an input")
       ->envname("AMHEX_MAX_TRIANGLES")
       ->capture_default_str();
+  app->add_option("--max-attributes", limits->max_attribute_count, "Attributes of a Draco input")
+      ->envname("AMHEX_MAX_ATTRIBUTES")
+      ->capture_default_str();
   app->add_option("--max-attempts", limits->max_attempts,
                   "Attempts before a job whose worker keeps dying fails")
       ->envname("AMHEX_MAX_ATTEMPTS")
+      ->capture_default_str();
+}
+
+void AddCallLimitFlags(CLI::App* app, Limits* limits) {
+  app->add_option("--max-labels", limits->max_label_count, "Labels of a job")
+      ->envname("AMHEX_MAX_LABELS")
+      ->capture_default_str();
+  app->add_option("--max-label-bytes", limits->max_label_bytes, "Bytes of a label's key or value")
+      ->envname("AMHEX_MAX_LABEL_BYTES")
+      ->capture_default_str();
+  app->add_option("--max-watchers", limits->max_watcher_count, "Streams that watch one job")
+      ->envname("AMHEX_MAX_WATCHERS")
+      ->capture_default_str();
+  app->add_option("--max-uploads", limits->max_upload_count, "Uploads under way at the same time")
+      ->envname("AMHEX_MAX_UPLOADS")
+      ->capture_default_str();
+  app->add_option("--max-page-size", limits->max_page_size, "Jobs on one page of a list")
+      ->envname("AMHEX_MAX_PAGE_SIZE")
       ->capture_default_str();
 }
 
@@ -189,10 +211,12 @@ void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
       ->capture_default_str();
 }
 
-// Hides the password of URLs like postgres://user:password@host/name.
+// Hides the password of URLs like postgres://user:password@host/name, which may hold an @, or
+// postgres://host/name?password=password.
 std::string MaskPasswords(const std::string& text) {
-  static const std::regex kPassword("(://[^:/@\\s\"']*:)[^@\\s\"']*@");
-  return std::regex_replace(text, kPassword, "$1***@");
+  static const std::regex kOfUser("(://[^:/@\\s\"']*:)[^\\s\"']*@");
+  static const std::regex kParameter("(password=)[^&\\s\"']*");
+  return std::regex_replace(std::regex_replace(text, kOfUser, "$1***@"), kParameter, "$1***");
 }
 
 absl::Status Refuse(const std::string& problem) { return absl::InvalidArgumentError(problem); }
@@ -214,6 +238,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   AddSecurityFlags(&app, &options);
   AddWorkerFlags(&app, &options);
   AddLimitFlags(&app, &options.limits);
+  AddCallLimitFlags(&app, &options.limits);
   AddTimeFlags(&app, &seconds);
   try {
     app.parse(argc, argv);
@@ -279,10 +304,12 @@ absl::Status Validate(const ServerOptions& options) {
     return Refuse("--worker " + options.worker + " is no executable file");
   }
   const Limits& limits = options.limits;
-  if (limits.max_blob_bytes < 1 || limits.max_queued_job_count < 1 || limits.max_point_count < 1 ||
-      limits.max_triangle_count < 1 || limits.max_attempts < 1 || limits.max_blob_store_bytes < 0) {
-    return Refuse("a --max option is not positive");
-  }
+  const int64_t least =
+      std::min<int64_t>({limits.max_blob_bytes, limits.max_queued_job_count, limits.max_point_count,
+                         limits.max_triangle_count, limits.max_attribute_count, limits.max_attempts,
+                         limits.max_label_count, limits.max_label_bytes, limits.max_watcher_count,
+                         limits.max_upload_count, limits.max_page_size});
+  if (least < 1 || limits.max_blob_store_bytes < 0) return Refuse("a --max option is not positive");
   if (options.lease < kMinLease || options.lease > kMaxLease) {
     return Refuse("--lease-seconds must be in [1, 600], got " +
                   absl::FormatDuration(options.lease));
@@ -301,7 +328,10 @@ bool IsUnixAddress(const std::string& address) {
 }
 
 bool IsLocalAddress(const std::string& address) {
-  return IsUnixAddress(address) || StartsWith(address, "127.") ||
+  // A number, not a name that begins like one.
+  const bool is_number =
+      address.substr(0, address.rfind(':')).find_first_not_of("0123456789.") == std::string::npos;
+  return IsUnixAddress(address) || (StartsWith(address, "127.") && is_number) ||
          StartsWith(address, "localhost:") || StartsWith(address, "[::1]:");
 }
 
