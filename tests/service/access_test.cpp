@@ -122,14 +122,15 @@ class AccessTest : public ::testing::Test {
     return stream->Finish();
   }
 
-  // Sends the first `size` bytes; `finish` ends the blob.
+  // Sends the bytes from `offset` up to `size`; with the last one the blob ends.
   grpc::Status Write(const std::string& token, const std::string& bytes, size_t size,
-                     amhex::v1::WriteBlobResponse* response) {
+                     amhex::v1::WriteBlobResponse* response, size_t offset = 0) {
     const auto context = As(token);
     const auto stream = blobs_->WriteBlob(context.get(), response);
     amhex::v1::WriteBlobRequest chunk;
     *chunk.mutable_blob() = RefOf(bytes);
-    chunk.set_data(bytes.substr(0, size));
+    chunk.set_offset(static_cast<int64_t>(offset));
+    chunk.set_data(bytes.substr(offset, size - offset));
     chunk.set_finish(size == bytes.size());
     stream->Write(chunk);
     stream->WritesDone();
@@ -284,6 +285,10 @@ TEST_F(AccessTest, ABlobBelongsToWhoeverHasShownAllItsBytes) {
   std::string got;
   EXPECT_EQ(Reason(Read("bob's", RefOf(bytes), &got)), "BLOB_NOT_FOUND");
   ASSERT_EQ(Reason(Write("bob's", bytes, bytes.size(), &response)), "WRONG_OFFSET");
+  ASSERT_TRUE(Write("bob's", bytes, bytes.size(), &response, 10).ok());
+  EXPECT_TRUE(response.complete());
+  EXPECT_TRUE(Read("bob's", RefOf(bytes), &got).ok());
+  EXPECT_EQ(got, bytes);
 }
 
 TEST_F(AccessTest, ResultsAreSharedWithinATenantOnly) {

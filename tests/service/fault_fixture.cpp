@@ -27,6 +27,7 @@ void FaultTest::Start(const std::vector<std::string>& more) {
       kPatience));
   AllJobs();  // over the connection that stays
   descriptors_at_start_ = DescriptorKinds(pid());
+  worker_descriptors_at_start_ = DescriptorKindsBelow(pid());
 }
 
 void FaultTest::TearDown() {
@@ -78,6 +79,7 @@ void FaultTest::ExpectProcessAsAtStart() {
   EXPECT_TRUE(Eventually([&] { return Metric("amhex_watchers") == 0; }, kPatience))
       << Metric("amhex_watchers");
   ExpectProcessAsBefore(pid(), worker_count_, descriptors_at_start_);
+  ExpectWorkersAsBefore(pid(), worker_descriptors_at_start_);
 }
 
 void FaultTest::ExpectCleanEnd() {

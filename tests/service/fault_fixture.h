@@ -39,6 +39,7 @@ class FaultTest : public DaemonTest {
   void ExpectFilesOfJobsOnly(const std::vector<amhex::v1::Job>& jobs);
 
   std::multiset<std::string> descriptors_at_start_;
+  std::multiset<std::string> worker_descriptors_at_start_;
   size_t worker_count_ = 0;
 };
 

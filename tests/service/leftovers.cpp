@@ -44,6 +44,15 @@ std::multiset<std::string> DescriptorKinds(pid_t pid) {
   return kinds;
 }
 
+std::multiset<std::string> DescriptorKindsBelow(pid_t parent) {
+  std::multiset<std::string> kinds;
+  for (const pid_t child : ChildrenOf(parent)) {
+    kinds.merge(DescriptorKinds(child));
+    kinds.merge(DescriptorKindsBelow(child));
+  }
+  return kinds;
+}
+
 void ExpectBlobsOfJobsOnly(const std::string& blobs, const std::vector<Job>& jobs) {
   std::set<std::string> due;
   for (const Job& job : jobs) {
@@ -84,6 +93,17 @@ void ExpectProcessAsBefore(pid_t pid, size_t child_count, std::multiset<std::str
       },
       kCleaningPatience))
       << "still open: " << surplus;
+}
+
+void ExpectWorkersAsBefore(pid_t parent, const std::multiset<std::string>& descriptors) {
+  std::string surplus;
+  EXPECT_TRUE(Eventually(
+      [&] {
+        surplus = Surplus(DescriptorKindsBelow(parent), descriptors);
+        return surplus.empty();
+      },
+      kCleaningPatience))
+      << "still open in workers: " << surplus;
 }
 
 }  // namespace amhex::server

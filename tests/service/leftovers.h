@@ -22,6 +22,9 @@ std::multiset<std::string> FilesIn(const std::string& folder);
 // The kinds of the open descriptors of a process: paths, and "socket:" once for each.
 std::multiset<std::string> DescriptorKinds(pid_t pid);
 
+// The same of all processes below one, together.
+std::multiset<std::string> DescriptorKindsBelow(pid_t parent);
+
 // Below `blobs` lies each job's input and result, once, whole, and nothing else.
 void ExpectBlobsOfJobsOnly(const std::string& blobs, const std::vector<amhex::v1::Job>& jobs);
 
@@ -32,5 +35,8 @@ void ExpectNothingUnfinished(const std::string& private_folder);
 // start; of sockets it may have `more_sockets` besides.
 void ExpectProcessAsBefore(pid_t pid, size_t child_count, std::multiset<std::string> descriptors,
                            int more_sockets = 0);
+
+// The processes below come back to descriptors of which they had as many at their start.
+void ExpectWorkersAsBefore(pid_t parent, const std::multiset<std::string>& descriptors);
 
 }  // namespace amhex::server

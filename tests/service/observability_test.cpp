@@ -45,6 +45,7 @@ std::string TextOf(const Struct& line, const std::string& key) {
 TEST_F(ObservabilityTest, JsonLogHasAnObjectPerTransitionAndNoPayload) {
   LogTo(folder() / "log");
   Start({"--log-format", "json", "--log-level", "debug"});
+  const pid_t server = pid();
   const std::string good = Submit(std::string("progress 1; stage; succeed ") + kPayload + ";");
   ASSERT_TRUE(Reaches(good, Job::SUCCEEDED));
   const std::string bad = Submit(std::string("progress 1; fail; touch ") + kPayload + ";");
@@ -59,7 +60,7 @@ TEST_F(ObservabilityTest, JsonLogHasAnObjectPerTransitionAndNoPayload) {
     Struct line;
     ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(text, &line).ok()) << text;
     for (const char* key : {"time", "level", "event"}) EXPECT_NE(TextOf(line, key), "") << text;
-    EXPECT_EQ(line.fields().at("pid").number_value(), line.fields().at("pid").number_value());
+    EXPECT_EQ(line.fields().at("pid").number_value(), server);
     events_of_job[TextOf(line, "job")].push_back(TextOf(line, "event"));
   }
   EXPECT_EQ(events_of_job[good],

@@ -6,7 +6,9 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "absl/strings/str_cat.h"
 #include "daemon_fixture.h"
@@ -14,6 +16,7 @@
 #include "files.h"
 #include "health_client.h"
 #include "job.h"
+#include "process_view.h"
 #include "service_fixtures.h"
 
 namespace amhex::server {
@@ -130,6 +133,47 @@ TEST_F(ProcessTest, HealthWatchTellsEachServiceOfItsChangesOnly) {
   EXPECT_EQ(Wait(), 0);
   // Nothing but the end was said to those whom the drain did not concern.
   EXPECT_TRUE(process.EndsWithout(Status::kNotServing));
+}
+
+// The programs and libraries that a process has mapped.
+std::string MapsOf(pid_t process) {
+  std::ifstream file(absl::StrCat("/proc/", process, "/maps"));
+  std::string maps;
+  for (std::string line; std::getline(file, line);) absl::StrAppend(&maps, line, "\n");
+  return maps;
+}
+
+TEST_F(ProcessTest, OnlyWorkersTouchTheDecoderAndTheDevice) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the thread sanitizer does not follow the emulated device's fibers";
+#endif
+  setenv("AMHEX_CUDA_LIBRARY", AMHEX_EMULATED_LIBRARY, 1);
+  DaemonTest::Start({"--worker", AMHEX_REAL_WORKER});
+  amhex::v1::SubmitJobRequest request;
+  request.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
+  request.set_inline_input(CubeInput());
+  request.mutable_params()->mutable_sizing()->set_cell_count(20);
+  grpc::ClientContext context;
+  amhex::v1::SubmitJobResponse response;
+  ASSERT_TRUE(mesher().SubmitJob(&context, request, &response).ok());
+  EXPECT_TRUE(Reaches(response.job().name(), Job::SUCCEEDED));
+  const std::string device = std::filesystem::path(AMHEX_EMULATED_LIBRARY).filename();
+  ASSERT_EQ(ChildrenOf(pid()).size(), 1u);
+  const std::string of_worker = MapsOf(ChildrenOf(pid()).at(0));
+  const std::string of_server = MapsOf(pid());
+  ASSERT_NE(of_server.find("amhexd"), std::string::npos);
+  EXPECT_NE(of_worker.find(device), std::string::npos);
+  EXPECT_EQ(of_server.find(device), std::string::npos);
+  EXPECT_EQ(of_server.find("libcuda"), std::string::npos);
+  // The decoder's names, whether it is linked in or loaded.
+  const auto names_decoder = [](const std::string& program) {
+    const auto bytes = ReadWholeFile(program);
+    EXPECT_TRUE(bytes.ok()) << bytes.status();
+    return bytes.ok() && bytes->find("5draco") != std::string::npos;
+  };
+  EXPECT_TRUE(names_decoder(AMHEX_REAL_WORKER));
+  EXPECT_FALSE(names_decoder(AMHEX_DAEMON));
+  unsetenv("AMHEX_CUDA_LIBRARY");
 }
 
 // Runs amhexd with --check-config; gives what it printed and its exit code.

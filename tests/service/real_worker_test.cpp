@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "amhex/v1/meshing_service.grpc.pb.h"
@@ -15,8 +16,10 @@
 #include "mesh_codec.h"
 #include "server.h"
 #include "service_fixtures.h"
+#include "status_macros.h"
 #include "surface_codec.h"
 #include "worker_pool.h"
+#include "worker_process.h"
 
 namespace amhex::server {
 namespace {
@@ -79,7 +82,8 @@ class RealWorkerTest : public ::testing::Test {
 };
 
 TEST_F(RealWorkerTest, CubeBecomesAMeshWithEveryStageReportedOnce) {
-  const Job job = Run(Request(Cube()));
+  const auto request = Request(Cube());
+  const Job job = Run(request);
   ASSERT_EQ(job.state(), Job::SUCCEEDED) << job.error().message();
   const auto bytes = ReadWholeFile(manager().PathOfBlob(job.result().mesh().sha256()));
   ASSERT_TRUE(bytes.ok());
@@ -88,7 +92,19 @@ TEST_F(RealWorkerTest, CubeBecomesAMeshWithEveryStageReportedOnce) {
   EXPECT_EQ(static_cast<int64_t>(mesh->corners.size()), job.result().statistics().cell_count());
   EXPECT_NEAR(job.result().statistics().volume(), 1.0, 0.05);
   ASSERT_EQ(job.stages_size(), amhex::v1::Stage_MAX);
-  for (int i = 0; i < job.stages_size(); ++i) EXPECT_EQ(job.stages(i).stage(), i + 1);
+  for (int i = 0; i < job.stages_size(); ++i) {
+    const amhex::v1::StageReport& stage = job.stages(i);
+    EXPECT_EQ(stage.stage(), i + 1);
+    EXPECT_TRUE(stage.has_wall_duration());
+    EXPECT_FALSE(stage.has_device_duration());  // on the CPU
+    EXPECT_GT(stage.peak_memory_bytes(), 1 << 20);
+    const int64_t moved = stage.stage() == amhex::v1::STAGE_DECODE_INPUT
+                              ? static_cast<int64_t>(request.inline_input().size())
+                          : stage.stage() == amhex::v1::STAGE_ENCODE_RESULT
+                              ? static_cast<int64_t>(bytes->size())
+                              : 0;
+    EXPECT_EQ(stage.io_bytes(), moved) << Stage_Name(stage.stage());
+  }
 }
 
 TEST_F(RealWorkerTest, EffectiveParametersReproduceTheMesh) {
@@ -159,6 +175,51 @@ TEST_F(RealWorkerTest, EstimateNamesCellsMemoryAndTime) {
   ASSERT_TRUE(estimate.ok()) << estimate.status();
   EXPECT_GT(estimate->cell_count(), 0);
   EXPECT_GT(estimate->memory_bytes(), 0);
+  EXPECT_GT(estimate->duration().seconds() + estimate->duration().nanos(), 0);
+}
+
+// What a worker says of a job in the end.
+absl::Status Verdict(WorkerProcess* worker, const amhex::worker::RunJob& order) {
+  amhex::worker::ToWorker frame;
+  *frame.mutable_run() = order;
+  AMHEX_RETURN_IF_ERROR(worker->channel().Send(frame));
+  while (true) {
+    amhex::worker::FromWorker news;
+    AMHEX_ASSIGN_OR_RETURN(const auto outcome, worker->channel().Receive(&news, kMeshingPatience));
+    if (outcome != FrameChannel::Outcome::kFrame) return absl::DeadlineExceededError("silence");
+    if (news.has_finished()) return FromRpcStatus(news.finished().error());
+  }
+}
+
+TEST(WorkerMemory, JobBeyondTheLimitFailsWithItsReasonAndTheWorkerGoesOn) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizers take more memory than any limit";
+#endif
+  constexpr int64_t kLimitBytes = int64_t{1} << 30;
+  constexpr int64_t kPoints =
+      45'000'000;  // as many bytes as the limit has, and those of the worker
+  const TemporaryFolder folder;
+  const std::string path = folder / "input";
+  ASSERT_TRUE(WriteFileAtomically(path, std::string("AMHEXHUL") + LittleEndian(1, 4) +
+                                            LittleEndian(0, 4) + LittleEndian(kPoints, 8) +
+                                            LittleEndian(0, 8))
+                  .ok());
+  std::filesystem::resize_file(path, 32 + 24 * kPoints);  // takes no room on disk
+  auto worker = WorkerProcess::Start({AMHEX_REAL_WORKER, kLimitBytes}, kMeshingPatience);
+  ASSERT_TRUE(worker.ok()) << worker.status();
+  amhex::worker::RunJob order;
+  order.set_input_path(path);
+  order.set_input_encoding(amhex::v1::INPUT_ENCODING_ARRAYS);
+  order.mutable_input_limits()->set_max_point_count(kPoints);
+  order.set_output_path(folder / "mesh");
+  const absl::Status verdict = Verdict(worker->get(), order);
+  EXPECT_EQ(verdict.code(), absl::StatusCode::kResourceExhausted) << verdict;
+  EXPECT_EQ(ReasonOf(verdict), "OUT_OF_MEMORY");
+  ASSERT_TRUE(WriteFileAtomically(path, CubeInput()).ok());
+  order.mutable_input_limits()->set_max_triangle_count(kPoints);
+  order.mutable_params()->mutable_sizing()->set_cell_count(kCubeCells);
+  const absl::Status after = Verdict(worker->get(), order);
+  EXPECT_TRUE(after.ok()) << after;
 }
 
 }  // namespace
