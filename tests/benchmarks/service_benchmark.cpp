@@ -10,10 +10,11 @@
 //               messages over the same way in the same process ("raw")
 //   floors      what an upload cannot do without: hashing, writing, waiting for the disk
 //
-// Workers follow scripts, so that nothing but the service is measured. Usage:
-// service_benchmark [MEBIBYTES [FOLDER [PART...]]], FOLDER being where the server keeps its data,
-// in memory if it is /dev/shm. Without parts, all are measured. Of several rounds of a transfer the
-// median is given.
+// Of a transfer the CPU time per GB of the busiest thread is given too: what would bound it if each
+// thread had a core of its own. Workers follow scripts, so that nothing but the service is
+// measured. Usage: service_benchmark [MEBIBYTES [FOLDER [PART...]]], FOLDER being where the server
+// keeps its data, in memory if it is /dev/shm. Without parts, all are measured. Of several rounds
+// of a transfer the median is given.
 #include <fcntl.h>
 #include <grpcpp/grpcpp.h>
 #include <sys/resource.h>
@@ -32,6 +33,7 @@
 #include "absl/time/clock.h"
 #include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/meshing_service.grpc.pb.h"
+#include "busiest_thread.h"
 #include "files.h"
 #include "job.h"
 #include "logging.h"
@@ -206,33 +208,37 @@ std::string MeasureWatching(const Stubs& stubs) {
   return absl::StrCat("\"watcher_percent\":", (many - one) / (kWatchers - 1));
 }
 
-// What moving some bytes has cost. CPU time is that of both ends; other load on the machine
-// lengthens the wall clock's time, hardly the CPU's.
+// What moving some bytes has cost. CPU time is that of both ends, and of the busiest of all their
+// threads; other load on the machine lengthens the wall clock's time, hardly the CPU's.
 struct Cost {
   double gigabytes_per_second = 0;
   double cpu_seconds_per_gigabyte = 0;
+  double busiest_seconds_per_gigabyte = 0;
 };
 
 class Stopwatch {
  public:
-  Cost After(size_t bytes) const {
+  Cost After(size_t bytes) {
     const double gigabytes = 1e-9 * static_cast<double>(bytes);
-    return {gigabytes / absl::ToDoubleSeconds(absl::Now() - start_),
-            (CpuSeconds() - cpu_) / gigabytes};
+    const double rate = gigabytes / absl::ToDoubleSeconds(absl::Now() - start_);
+    const double all = (CpuSeconds() - cpu_) / gigabytes;
+    return {rate, all, busiest_.Stop() / gigabytes};
   }
 
  private:
+  BusiestThread busiest_;
   const absl::Time start_ = absl::Now();
   const double cpu_ = CpuSeconds();
 };
 
 std::string ToJson(const std::string& name, const Cost& cost) {
   return absl::StrCat("\"", name, "\":{\"gb_per_s\":", cost.gigabytes_per_second,
-                      ",\"cpu_s_per_gb\":", cost.cpu_seconds_per_gigabyte, "}");
+                      ",\"cpu_s_per_gb\":", cost.cpu_seconds_per_gigabyte,
+                      ",\"busiest_thread_s_per_gb\":", cost.busiest_seconds_per_gigabyte, "}");
 }
 
 Cost Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std::string& sha256) {
-  const Stopwatch watch;
+  Stopwatch watch;
   grpc::ClientContext context;
   amhex::v1::WriteBlobResponse response;
   const auto stream = blobs->WriteBlob(&context, &response);
@@ -251,7 +257,7 @@ Cost Upload(amhex::v1::Blobs::Stub* blobs, const std::string& bytes, const std::
 }
 
 Cost Download(amhex::v1::Blobs::Stub* blobs, const std::string& sha256) {
-  const Stopwatch watch;
+  Stopwatch watch;
   grpc::ClientContext context;
   amhex::v1::ReadBlobRequest request;
   request.mutable_blob()->set_sha256(sha256);
@@ -345,12 +351,12 @@ std::string MeasureTransfer(const Way& way, const std::string& bytes) {
 // What an upload cannot do without: hashing the bytes, writing them to a file, and waiting until
 // they are on the disk.
 std::string MeasureFloors(const std::string& folder, const std::string& bytes) {
-  const Stopwatch hashing;
+  Stopwatch hashing;
   Sha256Hex(bytes);
   const Cost hash = hashing.After(bytes.size());
   const auto file = OpenFile(folder + "/floor", O_WRONLY | O_CREAT);
   if (!file.ok()) Die("no file can be made");
-  const Stopwatch writing;
+  Stopwatch writing;
   const absl::Status written = WriteAllAt(file->get(), bytes.data(), bytes.size(), 0);
   const Cost write = writing.After(bytes.size());
   if (!written.ok() || !SyncFile(file->get()).ok()) Die("no file can be written");
