@@ -3,14 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
 #include <string>
 #include <tuple>
+#include <variant>
 #include <vector>
 
 #include "amhex/mesher.h"
 #include "fixtures/damage.h"
 #include "fixtures/solids.h"
 #include "support/mesh_invariants.h"
+#include "support/surface_measures.h"
 
 namespace amhex {
 namespace {
@@ -38,6 +45,64 @@ std::vector<Shape> Shapes() {
           {"Torus", [] { return fixtures::MakeTorus(0.9, 0.4, 0.25); }}};
 }
 
+// The boundary of a mesh as triangles.
+TriangleMesh BoundaryOf(const AtMostHexaMesh& mesh) {
+  TriangleMesh boundary{mesh.vertices, {}};
+  for (const testing_support::Polygon& face : testing_support::BoundaryPolygons(mesh)) {
+    for (size_t i = 2; i < face.size(); ++i) {
+      boundary.triangles.push_back({face[0], face[i - 1], face[i]});
+    }
+  }
+  return boundary;
+}
+
+// Looked for on a grid of each triangle, so it is never less than the true distance.
+double DistanceTo(const TriangleMesh& surface, const Vec3d& p) {
+  constexpr int kParts = 4;
+  double least = std::numeric_limits<double>::max();
+  for (const auto& t : surface.triangles) {
+    const Vec3d& a = testing_support::Corner(surface, t, 0);
+    const Vec3d u = (testing_support::Corner(surface, t, 1) - a) / kParts;
+    const Vec3d v = (testing_support::Corner(surface, t, 2) - a) / kParts;
+    for (int i = 0; i <= kParts; ++i) {
+      for (int j = 0; i + j <= kParts; ++j) {
+        least = std::min(least, Norm(a + u * i + v * j - p));
+      }
+    }
+  }
+  return least;
+}
+
+// By the sum of the solid angles.
+bool IsInside(const TriangleMesh& surface, const Vec3d& p) {
+  double angle = 0;
+  for (const auto& t : surface.triangles) {
+    const Vec3d a = testing_support::Corner(surface, t, 0) - p;
+    const Vec3d b = testing_support::Corner(surface, t, 1) - p;
+    const Vec3d c = testing_support::Corner(surface, t, 2) - p;
+    const double x = Norm(a), y = Norm(b), z = Norm(c);
+    angle += 2 * std::atan2(Determinant(a, b, c),
+                            x * y * z + Dot(a, b) * z + Dot(b, c) * x + Dot(c, a) * y);
+  }
+  return angle > 2 * std::numbers::pi;
+}
+
+// What the mesh leaves out by more than an edge length is told by the statistics.
+void ExpectMissedCornersAreTold(const TriangleMesh& input, const Vec3d& origin,
+                                const MeshingResult& result) {
+  constexpr double kSurelyMissed = 1.3;  // edge lengths, for the distance is only looked for
+  const TriangleMesh boundary = BoundaryOf(result.mesh);
+  std::set<int32_t> used;
+  for (const auto& t : input.triangles) used.insert(t.begin(), t.end());
+  for (const int32_t v : used) {
+    const Vec3d p = input.vertices[static_cast<size_t>(v)] - origin;
+    if (DistanceTo(boundary, p) < kSurelyMissed * result.statistics.edge_length) continue;
+    if (IsInside(boundary, p)) continue;
+    EXPECT_TRUE(result.statistics.distance_exceeds_cell) << "vertex " << v;
+    return;
+  }
+}
+
 void ExpectValidOrRefused(const InputHull& hull, bool must_fail) {
   MeshingParams params;
   params.sizing.trial_count = 1;  // what the input is matters here, not how good the mesh
@@ -54,6 +119,9 @@ void ExpectValidOrRefused(const InputHull& hull, bool must_fail) {
     for (Vec3d& p : result->mesh.vertices) p -= corner;
     EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
     EXPECT_GT(result->statistics.volume, 0);
+    if (const auto* mesh = std::get_if<TriangleMesh>(&hull)) {
+      ExpectMissedCornersAreTold(*mesh, corner, *result);
+    }
   }
 }
 
@@ -102,6 +170,13 @@ INSTANTIATE_TEST_SUITE_P(AllShapes, DamagedCloud,
                            return Shapes()[std::get<0>(instance.param)].name +
                                   fixtures::CloudDamages()[std::get<1>(instance.param)].name;
                          });
+
+TEST(SmallestMesh, FourTrianglesAreEnough) {
+  TriangleMesh tetrahedron;
+  tetrahedron.vertices = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}};
+  tetrahedron.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  ExpectValidOrRefused(tetrahedron, false);
+}
 
 }  // namespace
 }  // namespace amhex

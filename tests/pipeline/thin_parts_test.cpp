@@ -6,6 +6,7 @@
 #include <string>
 
 #include "amhex/mesher.h"
+#include "fixtures/damage.h"
 #include "fixtures/solids.h"
 #include "support/mesh_invariants.h"
 
@@ -18,12 +19,12 @@ using testing_support::BrokenLaws;
 using testing_support::MeasureBoundary;
 using testing_support::TotalVolume;
 
-absl::StatusOr<MeshingResult> MeshWithEdgesOfOne(const TriangleMesh& solid) {
+absl::StatusOr<MeshingResult> MeshWithEdgesOfOne(const InputHull& solid) {
   MeshingParams params;
   params.sizing.edge_length = 1;
   params.run.backend = Backend::kCpu;
   RunContext run;
-  return Mesh(InputHull(solid), params, run);
+  return Mesh(solid, params, run);
 }
 
 // Turned about two axes, so that no side lies along the grid of any field.
@@ -102,7 +103,7 @@ TEST(ThinParts, AFinThatIsLostIsToldWithItsPlace) {
   ASSERT_EQ(result->warnings.size(), 1u);
   EXPECT_THAT(result->warnings[0], HasSubstr("farther than an edge length from the mesh"));
   // The fin's end is four edge lengths away from the block.
-  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 1; up to 3.9"));
+  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 1; up to 4"));
   EXPECT_THAT(result->warnings[0], HasSubstr("at (8, "));
 }
 
@@ -112,7 +113,38 @@ TEST(ThinParts, EveryLostPartIsCountedOnce) {
       MeshWithEdgesOfOne(fixtures::Joined(one, fixtures::Translated(one, {0, 9, 0})));
   ASSERT_TRUE(result.ok()) << result.status();
   ASSERT_EQ(result->warnings.size(), 1u);
-  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 2; up to 3.9"));
+  EXPECT_THAT(result->warnings[0], HasSubstr("likely: 2; up to 4"));
+}
+
+TEST(ThinParts, ASheetWithoutThicknessIsToldWithItsPlace) {
+  TriangleMesh mesh = fixtures::MakeBox({4, 4, 4}, 1);
+  const auto tip = static_cast<int32_t>(mesh.vertices.size());
+  mesh.vertices.push_back({-5, 1, 0});
+  mesh.triangles.push_back({mesh.triangles[0][0], mesh.triangles[0][1], tip});
+  const auto result = MeshWithEdgesOfOne(mesh);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->statistics.cell_count, 64);
+  EXPECT_TRUE(result->statistics.distance_exceeds_cell);
+  ASSERT_EQ(result->warnings.size(), 2u);
+  EXPECT_THAT(result->warnings[0], HasSubstr("loose sheets on the surface, left out: 1"));
+  EXPECT_THAT(result->warnings[1], HasSubstr("likely: 1; up to 5 at (-5, 1, 0)"));
+}
+
+TEST(ThinParts, ARodOfACloudThatIsLostIsToldWithItsPlace) {
+  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeBox({6, 6, 6}, 1), 4000, 1);
+  const TriangleMesh rod = fixtures::MakeBox({9, 0.12, 0.12}, 0.06);
+  const PointCloud points = fixtures::SampleSurface(rod, 3000, 2);
+  for (size_t i = 0; i < points.points.size(); ++i) {
+    cloud.points.push_back(points.points[i] + Vec3d{6, 3, 3});
+    cloud.normals.push_back(points.normals[i]);
+  }
+  const auto result = MeshWithEdgesOfOne(cloud);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_TRUE(result->statistics.distance_exceeds_cell);
+  ASSERT_FALSE(result->warnings.empty());
+  EXPECT_THAT(result->warnings.back(), HasSubstr("farther than an edge length from the mesh"));
+  EXPECT_THAT(result->warnings.back(), HasSubstr("at (15"));
 }
 
 TEST(ThinParts, APlateTooThinForAnyCellIsTheInputsFault) {

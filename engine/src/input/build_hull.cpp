@@ -1,5 +1,7 @@
 #include "input/build_hull.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -28,6 +30,8 @@ constexpr double kSmallestVolumeRatio = 1e-9;
 constexpr double kSameSizeRatio = 0.02;
 // Share of this stage's time that a closed surface takes.
 constexpr double kClosedFraction = 0.7;
+// Edge lengths from the hull within which a mesh that reaches the hull reaches a point.
+constexpr double kNearHull = 0.75;
 
 const std::vector<Vec3d>& PointsOf(const InputHull& input) {
   if (const auto* mesh = std::get_if<TriangleMesh>(&input)) return mesh->vertices;
@@ -136,6 +140,21 @@ absl::Status CheckMemory(double cells, const InputHull& input, int64_t limit) {
                                                    limit));
 }
 
+// Points outside of the solid that nothing of the hull is near to.
+std::vector<Vec3d> FarOutside(const HullQueries& solid, const std::vector<Vec3d>& points,
+                              const StopPoll& poll) {
+  std::vector<uint8_t> is_outside(points.size(), 0);
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+    poll.At(static_cast<int64_t>(i));
+    is_outside[i] = !solid.IsWithin(points[i], kNearHull) && !solid.IsInside(points[i]);
+  });
+  std::vector<Vec3d> outside;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (is_outside[i] != 0) outside.push_back(points[i]);
+  }
+  return outside;
+}
+
 struct SizedSolid {
   ClosedSurface closed;
   double volume = 0;            // of its frame
@@ -189,6 +208,10 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, hull);
   hull.input_points = std::move(sized.closed.input_points);
   for (Vec3d& p : hull.input_points) p /= h;
+  // What bounds no volume and what was too thin to be rebuilt: no part of the hull, but missed.
+  for (Vec3d& p : sized.closed.given_points) p /= h;
+  const std::vector<Vec3d> lost = FarOutside(*hull.queries, sized.closed.given_points, poll);
+  hull.input_points.insert(hull.input_points.end(), lost.begin(), lost.end());
   return hull;
 }
 
@@ -225,7 +248,8 @@ absl::StatusOr<Hull> BuildHullWithoutStrays(const InputHull& input, size_t stray
                                             const MeshingParams& params, RunContext& run) {
   AMHEX_RETURN_IF_ERROR(CheckInput(input));
   AMHEX_ASSIGN_OR_RETURN(Hull hull, BuildHullOfSurface(input, params, run));
-  hull.warnings.push_back(absl::StrCat("stray points far from all others, left out: ", strays));
+  hull.warnings.push_back(absl::StrCat(
+      "stray points far out, that made the box at least twice as large, left out: ", strays));
   return hull;
 }
 

@@ -27,9 +27,14 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
   if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
 }
 
+struct CleanSurface {
+  EdgeAdjacency adjacency;
+  int64_t loose_sheets = 0;  // left out
+};
+
 // Joins vertices only as far as that is needed for a closed surface.
-EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings,
-                               const StopPoll& poll) {
+CleanSurface CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings,
+                              const StopPoll& poll) {
   Note(DropUnusedVertices(mesh, poll), "vertices that no triangle uses, left out", warnings);
   CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh, poll);
   EdgeAdjacency adjacency = FindEdgeAdjacency(mesh, poll);
@@ -45,12 +50,13 @@ EdgeAdjacency CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& war
   Note(counts.merged_vertices, "vertices at the same place, joined", warnings);
   Note(counts.empty_triangles, "triangles without area, left out", warnings);
   Note(counts.repeated_triangles, "triangles given more than once, used once", warnings);
+  int64_t dropped = 0;
   if (adjacency.non_manifold_edge_count > 0) {
-    const int64_t dropped = DropLooseSheets(adjacency, mesh);
+    dropped = DropLooseSheets(adjacency, mesh);
     Note(dropped, "loose sheets on the surface, left out", warnings);
     if (dropped > 0) adjacency = FindEdgeAdjacency(mesh);
   }
-  return adjacency;
+  return {std::move(adjacency), dropped};
 }
 
 // Returns the number of openings.
@@ -60,24 +66,30 @@ absl::StatusOr<size_t> CapAll(RunContext& run, TriangleMesh& mesh) {
   return loops.size();
 }
 
-// Caps, orients and checks; false if the surface cannot be kept as it is.
-absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>& warnings,
-                                   RunContext& run) {
+struct KeptTriangles {
+  bool bound_a_solid = false;  // else the surface cannot be kept as it is
+  bool are_all = true;         // none belonged to what bounds no volume
+};
+
+// Caps, orients and checks.
+absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>& warnings,
+                                            RunContext& run) {
   const StopPoll poll(run);
-  EdgeAdjacency adjacency = CleanUntilClosed(mesh, warnings, poll);
+  CleanSurface clean = CleanUntilClosed(mesh, warnings, poll);
+  EdgeAdjacency& adjacency = clean.adjacency;
   if (mesh.triangles.empty()) {
     return absl::InvalidArgumentError("the input's triangles all have no area");
   }
   if (adjacency.non_manifold_edge_count > 0) {
     Note(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
-    return false;
+    return KeptTriangles();
   }
   Components components = FindComponents(adjacency, poll);
   const OrientationResult orientation =
       MakeOrientationConsistent(adjacency, components, mesh, poll);
   if (!orientation.is_orientable) {
     warnings.push_back("the surface has only one side somewhere");
-    return false;
+    return KeptTriangles();
   }
   Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
   // Turned triangles have their edges in another order.
@@ -87,14 +99,14 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   if (adjacency.open_edge_count > 0) {
     AMHEX_ASSIGN_OR_RETURN(openings, CapAll(run, mesh));
     adjacency = FindEdgeAdjacency(mesh, poll);
-    if (!adjacency.IsClosedManifold()) return false;
+    if (!adjacency.IsClosedManifold()) return KeptTriangles();
     // Patches come last and touch one component each: the old ones keep their numbers.
     components = FindComponents(adjacency, poll);
   }
   const ComponentDecision decision = OrientComponents(orientation, mesh, components);
   poll.Now();
   if (decision.components_cut || decision.dropped_flat_area_ratio > kShreddedAreaRatio) {
-    return false;
+    return KeptTriangles();
   }
   if (openings > 0) {
     warnings.push_back(absl::StrCat("the input has ", openings,
@@ -106,24 +118,33 @@ absl::StatusOr<bool> KeepTriangles(TriangleMesh& mesh, std::vector<std::string>&
   DropUnusedVertices(mesh, poll);
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
   const HullQueries queries(mesh.vertices, mesh.triangles, poll);
-  return MisboundedAreaRatio(mesh, queries, poll) <= kTolerableMisboundedRatio;
+  return KeptTriangles{MisboundedAreaRatio(mesh, queries, poll) <= kTolerableMisboundedRatio,
+                       clean.loose_sheets + decision.dropped_components == 0};
 }
 
 }  // namespace
 
 absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wanted,
                                         RunContext& run) {
-  ClosedSurface surface{mesh, {}, {}, 0};
-  AMHEX_ASSIGN_OR_RETURN(const bool kept, KeepTriangles(surface.mesh, surface.warnings, run));
-  if (kept) {
+  ClosedSurface surface;
+  surface.mesh = mesh;
+  AMHEX_ASSIGN_OR_RETURN(const KeptTriangles kept,
+                         KeepTriangles(surface.mesh, surface.warnings, run));
+  const StopPoll poll(run);
+  if (kept.bound_a_solid) {
     surface.input_points = surface.mesh.vertices;
+    if (!kept.are_all) {
+      DropUnusedVertices(mesh, poll);
+      surface.given_points = std::move(mesh.vertices);
+    }
     return surface;
   }
+  DropUnusedVertices(mesh, poll);
+  surface.given_points = mesh.vertices;
 
   // The soup as oriented as it can be; patches that closed nothing are not part of it.
   std::vector<std::string> ignored;
-  const StopPoll poll(run);
-  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, poll);
+  const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, poll).adjacency;
   MakeOrientationConsistent(adjacency, FindComponents(adjacency, poll), mesh, poll);
   DropUnusedVertices(mesh, poll);
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));

@@ -17,6 +17,8 @@ struct ClosedSurface {
   std::vector<std::string> warnings;  // one per thing repaired, for the user
   // What of the input lies on it, to measure distances against.
   std::vector<Vec3d> input_points;
+  // The input's vertices if not all of its triangles are on `mesh`: some may lie far from it.
+  std::vector<Vec3d> given_points;
   // The edge length it was rebuilt for, in the user's units; 0 if the user's triangles were kept.
   double user_edge_length = 0;
 };

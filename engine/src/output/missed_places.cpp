@@ -71,6 +71,14 @@ std::map<Cube, size_t> GroupCubes(const std::vector<Missed>& missed) {
   return group;
 }
 
+// Of the surface, and the input's own points: a tip is smaller than any sample's share of the area,
+// and what was too thin to be rebuilt has no surface.
+std::vector<Vec3d> PointsOfInput(const Hull& hull) {
+  std::vector<Vec3d> points = SampleSurface(hull.vertices, hull.triangles, kMissedDistance / 3);
+  points.insert(points.end(), hull.input_points.begin(), hull.input_points.end());
+  return points;
+}
+
 std::string Text(const Vec3d& p) { return absl::StrCat("(", p.x, ", ", p.y, ", ", p.z, ")"); }
 
 }  // namespace
@@ -80,8 +88,7 @@ std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
   const HullQueries queries(boundary.vertices, boundary.triangles);
-  const std::vector<Missed> missed =
-      MissedPoints(SampleSurface(hull.vertices, hull.triangles, kMissedDistance / 3), queries);
+  const std::vector<Missed> missed = MissedPoints(PointsOfInput(hull), queries);
   const std::map<Cube, size_t> group = GroupCubes(missed);
   std::map<size_t, MissedPlace> places;
   for (const Missed& m : missed) {
