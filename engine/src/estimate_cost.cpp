@@ -1,6 +1,7 @@
 // What a run would cost, told from the input's volume and the wanted size alone.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
@@ -8,8 +9,10 @@
 #include "base/status_macros.h"
 #include "cost_model.h"
 #include "cuda/cuda_library.h"
+#include "input/drop_strays.h"
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
+#include "input/triangle_math.h"
 #include "relax/device_memory.h"
 #include "relax/relaxation.h"
 #include "trials.h"
@@ -20,8 +23,11 @@ namespace {
 // A solid whose surface does not say how much it holds (clouds, soups) is taken to fill this share
 // of its box.
 constexpr double kTypicalFill = 0.5;
-// Signed volumes below this share of the box are not to be believed: openings, mixed orientation.
+// Signed volumes below this share of the box are not to be believed, because of openings and mixed
+// orientation, unless the triangles' area vectors add up to no more than this share of the area, as
+// those of closed surfaces do: a stick across its box fills next to nothing of it.
 constexpr double kSmallestBelievedFill = 0.02;
+constexpr double kClosedRatio = 1e-6;
 
 Box3d BoxOf(const std::vector<Vec3d>& points) {
   Box3d box;
@@ -35,18 +41,26 @@ double BoxVolume(const Box3d& box) {
 }
 
 double VolumeGuess(const TriangleMesh& mesh) {
-  const Box3d box = BoxOf(mesh.vertices);
-  const Vec3d centre = (box.low + box.high) / 2.0;
-  double volume = 0;
+  Box3d box;  // vertices that no triangle uses may lie anywhere
   for (const auto& t : mesh.triangles) {
-    volume += Determinant(mesh.vertices[static_cast<size_t>(t[0])] - centre,
-                          mesh.vertices[static_cast<size_t>(t[1])] - centre,
-                          mesh.vertices[static_cast<size_t>(t[2])] - centre) /
-              6;
+    for (const int32_t v : t) box.Extend(mesh.vertices[static_cast<size_t>(v)]);
+  }
+  const Vec3d centre = (box.low + box.high) / 2.0;
+  double volume = 0, area = 0;
+  Vec3d area_vector;
+  for (const auto& t : mesh.triangles) {
+    const Vec3d a = mesh.vertices[static_cast<size_t>(t[0])] - centre;
+    const Vec3d b = mesh.vertices[static_cast<size_t>(t[1])] - centre;
+    const Vec3d c = mesh.vertices[static_cast<size_t>(t[2])] - centre;
+    volume += Determinant(a, b, c) / 6;
+    const Vec3d twice = DoubleAreaVector(a, b, c);
+    area_vector += twice, area += Norm(twice);
   }
   volume = std::abs(volume);
   const double box_volume = BoxVolume(box);
-  const bool believed = volume > kSmallestBelievedFill * box_volume && volume <= box_volume;
+  const bool is_closed = Norm(area_vector) <= kClosedRatio * area;
+  const bool believed = volume <= box_volume && volume > 0 &&
+                        (is_closed || volume > kSmallestBelievedFill * box_volume);
   return believed ? volume : kTypicalFill * box_volume;
 }
 
@@ -109,7 +123,9 @@ absl::StatusOr<CostEstimate> EstimateCost(const InputHull& hull, const MeshingPa
     element_count = static_cast<int64_t>(mesh->triangles.size());
   } else {
     const PointCloud& cloud = std::get<PointCloud>(hull);
-    volume = kTypicalFill * BoxVolume(BoxOf(cloud.points));
+    const std::optional<PointCloud> without_strays = DropStrays(cloud);
+    const PointCloud& body = without_strays.has_value() ? *without_strays : cloud;
+    volume = kTypicalFill * BoxVolume(BoxOf(body.points));
     element_count = static_cast<int64_t>(cloud.points.size());
   }
   const auto* given = std::get_if<VolumeMesh>(&hull);

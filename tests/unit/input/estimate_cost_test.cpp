@@ -30,6 +30,41 @@ TEST(EstimateCost, AWantedCellCountIsTaken) {
   EXPECT_EQ(estimate->cell_count, 1234);
 }
 
+TEST(EstimateCost, AStickAcrossItsBoxIsEstimatedByItsVolume) {
+  TriangleMesh stick = fixtures::MakeBox({20, 0.2, 0.2}, 0.1);
+  for (Vec3d& p : stick.vertices) p = Vec3d{0.6 * p.x, p.y + 0.6 * p.x, p.z + 0.5 * p.x};
+  MeshingParams params;
+  params.sizing.edge_length = 0.1;
+  const auto estimate = EstimateCost(stick, params);
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_NEAR(static_cast<double>(estimate->cell_count), 0.6 * 800, 1);
+}
+
+TEST(EstimateCost, VerticesThatNoTriangleUsesDoNotCount) {
+  MeshingParams params;
+  params.sizing.edge_length = 0.1;
+  TriangleMesh mesh = fixtures::MakeTorus(0.9, 0.4, 0.1);
+  const auto clean = EstimateCost(mesh, params);
+  mesh.vertices.push_back({1e3, -1e3, 1e3});
+  const auto strewn = EstimateCost(mesh, params);
+  ASSERT_TRUE(clean.ok() && strewn.ok()) << strewn.status();
+  EXPECT_EQ(strewn->cell_count, clean->cell_count);
+}
+
+TEST(EstimateCost, StrayPointsOfCloudsDoNotCount) {
+  MeshingParams params;
+  params.sizing.edge_length = 0.1;
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeTorus(0.9, 0.4, 0.1));
+  const auto clean = EstimateCost(cloud, params);
+  for (const Vec3d& p : {Vec3d{100, 0, 0}, Vec3d{1e6, 1e6, -1e6}}) {
+    cloud.points.push_back(p);
+    cloud.normals.push_back({0, 0, 1});
+  }
+  const auto strewn = EstimateCost(cloud, params);
+  ASSERT_TRUE(clean.ok() && strewn.ok()) << strewn.status();
+  EXPECT_EQ(strewn->cell_count, clean->cell_count);
+}
+
 TEST(EstimateCost, MoreCellsCostMore) {
   MeshingParams few, many;
   few.sizing.cell_count = 1000;
