@@ -25,6 +25,11 @@ constexpr int kSearchedNeighbours = 32;
 // A point this much farther from its neighbours than those from theirs is none of the surface.
 constexpr double kOutlierRatio = 6.0;
 constexpr double kSameSideCosine = 0.2;
+// Normals of equal points that add up to less than this share of their lengths point nowhere.
+constexpr double kCancelledRatio = 1e-12;
+// Squares of lengths above it are normal numbers. Lengths mean nothing: they may be areas of
+// triangles, of a scan in metres of a part that is microns large.
+constexpr double kShortestNormal = 1e-100;
 
 // Equal points in a row after sorting: keeps the first of each and adds the others' normals.
 int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
@@ -35,6 +40,8 @@ int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
   }
   SortPolling(keys.begin(), keys.end(), poll);
   std::vector<uint8_t> keep(keys.size(), 1);
+  std::vector<double> length(samples.normal.size());
+  for (size_t i = 0; i < length.size(); ++i) length[i] = Norm(samples.normal[i]);
   int64_t joined = 0;
   for (size_t i = 1, first = 0; i < keys.size(); ++i) {
     if (keys[i].first != keys[first].first) {
@@ -44,6 +51,7 @@ int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
     const auto into = static_cast<size_t>(keys[first].second);
     const auto from = static_cast<size_t>(keys[i].second);
     samples.normal[into] += samples.normal[from];
+    length[into] += length[from];
     keep[from] = 0;
     ++joined;
   }
@@ -51,7 +59,8 @@ int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
   for (size_t i = 0; i < keep.size(); ++i) {
     if (keep[i] == 0) continue;
     samples.position[kept] = samples.position[i];
-    samples.normal[kept++] = samples.normal[i];
+    const bool is_cancelled = Norm(samples.normal[i]) <= kCancelledRatio * length[i];
+    samples.normal[kept++] = is_cancelled ? Vec3d{} : samples.normal[i];
   }
   samples.position.resize(kept), samples.normal.resize(kept);
   return joined;
@@ -62,7 +71,7 @@ int64_t NormalizeDirections(CloudSamples& samples) {
   size_t kept = 0;
   for (size_t i = 0; i < samples.position.size(); ++i) {
     const double length = Norm(samples.normal[i]);
-    if (!(length > 1e-12)) continue;
+    if (!(length > kShortestNormal)) continue;
     samples.position[kept] = samples.position[i];
     samples.normal[kept++] = samples.normal[i] / length;
   }
@@ -168,7 +177,8 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   }
   const std::vector<Neighbourhood> hoods = MeasureNeighbourhoods(samples, run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  Note(SettleSpacing(hoods, samples), "points far from all others, left out", warnings);
+  Note(SettleSpacing(hoods, samples),
+       "outliers, much farther from their neighbours than those from theirs, left out", warnings);
   return samples;
 }
 

@@ -17,7 +17,7 @@ struct CloudSamples {
   std::vector<double> spacing;  // [sample_count] square root of the area the sample stands for
 };
 
-// Joins equal points, leaves out those without a direction and those far from all others, and
+// Joins equal points, leaves out those without a direction and outliers, and
 // measures how much surface each sample stands for: from the distance to the 12th neighbour that
 // looks to the same side, the median of the neighbourhood taken. A cloud without normals gets them
 // from EstimateNormals. One warning per thing repaired.

@@ -96,6 +96,27 @@ TEST(CloudHull, SeveralBodiesStayApart) {
   EXPECT_EQ(hull->component_count, 2);
 }
 
+TEST(CloudHull, SeveralBodiesStayApartWithoutNormalsToo) {
+  const TriangleMesh torus = fixtures::MakeTorus(2, 0.7, 0.15);
+  PointCloud cloud = fixtures::SampleCentres(
+      fixtures::Joined(torus, fixtures::Translated(fixtures::MakeSphere(1, 0.15), {5, 0, 0})));
+  cloud.normals.clear();
+  const auto hull = Build(cloud);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->component_count, 2);
+  EXPECT_EQ(hull->genus, 1);
+}
+
+TEST(CloudHull, HollowPartsStayHollow) {
+  const TriangleMesh outer = fixtures::MakeSphere(2, 0.15), inner = fixtures::MakeSphere(1, 0.15);
+  const auto hull =
+      Build(fixtures::SampleCentres(fixtures::Joined(outer, fixtures::Flipped(inner))));
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->component_count, 2);
+  EXPECT_FALSE(hull->queries->IsInside(hull->frame.ToNormalized({0, 0, 0})));
+  EXPECT_NEAR(UserVolume(*hull), 4.0 / 3 * 3.14159265 * (8 - 1), 0.6);
+}
+
 TEST(CloudHull, RepeatedPointsAndOutliersAreLeftOut) {
   PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.08));
   const auto clean = Build(cloud);
@@ -118,6 +139,31 @@ TEST(CloudHull, LengthsOfNormalsDoNotMatter) {
   const auto scaled = Build(cloud);
   ASSERT_TRUE(unit.ok() && scaled.ok());
   EXPECT_NEAR(UserVolume(*unit), UserVolume(*scaled), 1e-3);
+}
+
+TEST(CloudHull, NormalsMayBeAsShortOrLongAsTheyLike) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.2));
+  const auto unit = Build(cloud);
+  for (const double length : {1e-60, 1e60}) {
+    PointCloud scaled = cloud;
+    for (Vec3d& n : scaled.normals) n *= length;
+    const auto hull = Build(scaled);
+    ASSERT_TRUE(unit.ok() && hull.ok()) << hull.status();
+    EXPECT_NEAR(UserVolume(*hull), UserVolume(*unit), 1e-3);
+  }
+}
+
+TEST(CloudHull, PointsWhoseNormalsCancelAreLeftOut) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.1));
+  for (const size_t i : {3u, 70u}) {
+    cloud.points.push_back(cloud.points[i]);
+    cloud.normals.push_back(-cloud.normals[i]);
+  }
+  const auto hull = Build(cloud);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(std::count(hull->warnings.begin(), hull->warnings.end(),
+                       "points without a direction, left out: 2"),
+            1);
 }
 
 TEST(CloudHull, NormalsAreEstimatedWhereThereAreNone) {

@@ -119,7 +119,9 @@ TEST(DropStrays, TheHullIsThatOfTheBodyAndSaysSo) {
   ASSERT_TRUE(clean.ok() && hull.ok()) << hull.status();
   EXPECT_EQ(hull->vertices.size(), clean->vertices.size());
   EXPECT_EQ(hull->frame.scale, clean->frame.scale);
-  EXPECT_THAT(hull->warnings, testing::Contains("stray points far from all others, left out: 20"));
+  EXPECT_THAT(hull->warnings,
+              testing::Contains("stray points far out, that made the box at least twice as "
+                                "large, left out: 20"));
 }
 
 }  // namespace
