@@ -353,6 +353,7 @@ class CavityCarver {
 
 int CarveCavities(const Hull& hull, const CarveLimits& limits, const RunContext& run,
                   CarveMemory* memory, WorkingMesh* mesh) {
+  if (memory->part_count >= memory->most_parts) return 0;
   const Cavities cavities = CollectCavities(*mesh);
   std::vector<Carving> found;
   for (const auto& faces : cavities.faces) {

@@ -151,11 +151,12 @@ class Closer {
   // Stars over parts of what no single star fills, until no part is worth it.
   void CarveNetworks(const CarveLimits& limits) {
     CarveMemory memory;
-    while (HasOpenFaces() && carved_parts_ + memory.part_count < most_carved_parts_ &&
-           CarveCavities(hull_, limits, run_, &memory, &mesh_) > 0) {
+    memory.part_count = carved_parts_;
+    memory.most_parts = most_carved_parts_;
+    while (HasOpenFaces() && CarveCavities(hull_, limits, run_, &memory, &mesh_) > 0) {
       FillWithStars(kFirstRounds[1]);
     }
-    carved_parts_ += memory.part_count;
+    carved_parts_ = memory.part_count;
   }
 
   // Each cavity on its own, in the metric of the cells around it, which spares most of them.

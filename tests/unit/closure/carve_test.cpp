@@ -98,6 +98,27 @@ TEST(CarveCavities, DoesNothingOnceTheRunIsToStop) {
   EXPECT_EQ(mesh.OpenFaces().size(), open);
 }
 
+TEST(CarveCavities, BeginsNoRoundOnceItsPartsAreUsedUp) {
+  const Hull hull = GridHull(kSize, 1.0);
+  WorkingMesh unbounded = GridWithTunnel(3);
+  CarveMemory all;
+  RunContext run;
+  ASSERT_GT(CarveCavities(hull, {}, run, &all, &unbounded), 0);
+  const int64_t first_round = all.part_count;
+  ASSERT_GT(first_round, 0);
+
+  for (const int64_t most : {int64_t{0}, int64_t{1}, first_round}) {
+    WorkingMesh mesh = GridWithTunnel(3);
+    CarveMemory memory;
+    memory.most_parts = most;
+    while (CarveCavities(hull, {}, run, &memory, &mesh) > 0) {
+    }
+    EXPECT_EQ(memory.part_count, most > 0 ? first_round : 0) << most;
+    const WorkingMesh expected = most > 0 ? unbounded : GridWithTunnel(3);
+    EXPECT_EQ(mesh.ToComplex().cells, expected.ToComplex().cells) << most;
+  }
+}
+
 TEST(DeclareHullFaces, TakesOpenFacesOnTheHullAndNoOthers) {
   const Hull hull = GridHull({3, 3, 3}, 1.0);
   WorkingMesh mesh(GridComplex({3, 3, 3}));
