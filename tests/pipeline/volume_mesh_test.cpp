@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
@@ -22,10 +23,11 @@ using testing_support::BrokenLaws;
 using testing_support::TotalVolume;
 
 absl::StatusOr<MeshingResult> MeshVolume(const VolumeMesh& volume,
-                                         VolumeUse use = VolumeUse::kReassemble) {
+                                         VolumeUse use = VolumeUse::kReassemble,
+                                         double min_quality = 0.1) {
   MeshingParams params;
   params.input.volume_use = use;
-  params.assembly.min_quality = 0.1;
+  params.assembly.min_quality = min_quality;
   RunContext run;
   return Mesh(InputHull(volume), params, run);
 }
@@ -64,6 +66,69 @@ TEST(VolumeMesh, TetrahedraOfCubesBecomeHexahedra) {
   EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
   EXPECT_EQ(result->mesh.vertices, volume.vertices);
   EXPECT_EQ(result->statistics.cells_by_type[8], 27);
+}
+
+// Cubes come out as hexahedra of a scaled Jacobian of 0.64 or less.
+VolumeMesh Sheared(VolumeMesh mesh) {
+  for (Vec3d& p : mesh.vertices) p.x += 1.2 * p.z;
+  return mesh;
+}
+
+TEST(VolumeMesh, MergedCellsExceedTheMinimumQuality) {
+  const VolumeMesh volume = Sheared(fixtures::MakeTetrahedra(2));
+  for (const double least : {0.1, 0.8}) {
+    const auto result = MeshVolume(volume, VolumeUse::kReassemble, least);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    EXPECT_EQ(result->statistics.cells_by_type[8] > 0, least < 0.2) << least;
+    for (size_t c = 0; c < result->mesh.types.size(); ++c) {
+      if (result->mesh.types[c] == PrimitiveType::kTetrahedron) continue;  // may be as given
+      EXPECT_GT(result->mesh.quality[c], least);
+    }
+  }
+}
+
+TEST(VolumeMesh, HexahedraThatWereGivenAreKeptBelowTheMinimumQualityToo) {
+  const VolumeMesh volume = Sheared(fixtures::MakeHexahedra(2));
+  const auto result = MeshVolume(volume, VolumeUse::kReassemble, 0.9);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->mesh.vertices, volume.vertices);
+  EXPECT_EQ(result->statistics.cells_by_type[8], 8);
+  EXPECT_EQ(result->statistics.cell_count, 8);
+}
+
+TEST(VolumeMesh, APolyhedronAmongHexahedraLeavesThemAsTheyAre) {
+  // Two cubes with the face between them left out: ten quads, not all of them quite flat.
+  VolumeMesh volume = fixtures::MakeHexahedra(2);
+  constexpr int kQuadCorners = 4, kFaces = 6;
+  std::vector<std::vector<int32_t>> faces;
+  for (int face = 2 * kFaces - 1; face >= 0; --face) {
+    const auto begin = volume.corners.end() - kQuadCorners;
+    faces.emplace_back(begin, volume.corners.end());
+    volume.corners.erase(begin, volume.corners.end());
+    volume.face_corners.pop_back();
+  }
+  volume.cell_faces.resize(volume.cell_faces.size() - 2);
+  const auto is_between = [&](const std::vector<int32_t>& face) {
+    return std::count_if(faces.begin(), faces.end(), [&](const std::vector<int32_t>& other) {
+             return std::is_permutation(face.begin(), face.end(), other.begin(), other.end());
+           }) > 1;
+  };
+  std::vector<std::vector<int32_t>> outer;
+  std::copy_if(faces.begin(), faces.end(), std::back_inserter(outer),
+               [&](const auto& face) { return !is_between(face); });
+  ASSERT_EQ(outer.size(), 10u);
+  fixtures::AddPolyhedron(outer, &volume);
+  const auto whole = MeshVolume(fixtures::MakeHexahedra(2));
+  for (const VolumeUse use : {VolumeUse::kReassemble, VolumeUse::kSubdivide}) {
+    const auto result = MeshVolume(volume, use);
+    ASSERT_TRUE(whole.ok() && result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    EXPECT_NEAR(TotalVolume(result->mesh), TotalVolume(whole->mesh), 1e-9);
+    EXPECT_GE(result->statistics.cells_by_type[8], use == VolumeUse::kSubdivide ? 6 * 8 : 6);
+    ASSERT_EQ(result->warnings.size(), 1u);
+    EXPECT_THAT(result->warnings[0], HasSubstr("broken up around their centre: 1"));
+  }
 }
 
 TEST(VolumeMesh, SubdivisionMakesFourHexahedraOfATetrahedron) {

@@ -94,6 +94,18 @@ TEST(BuildHull, TheReportedEdgeLengthGivesTheSameHull) {
   }
 }
 
+TEST(BuildHull, TheDefaultSizePutsTwoCellsAcrossThinParts) {
+  const auto edge_length_of = [](const TriangleMesh& mesh) {
+    const auto hull = Build(mesh, MeshingParams());
+    EXPECT_TRUE(hull.ok()) << hull.status();
+    return hull.ok() ? hull->frame.scale : 0;
+  };
+  EXPECT_NEAR(edge_length_of(fixtures::MakeBox({10, 10, 0.3}, 0.3)), 0.15, 1e-6);
+  EXPECT_NEAR(edge_length_of(fixtures::MakeBox({10, 10, 0.2}, 0.3)), 0.1, 1e-6);
+  // Of a cube, 5,000 cells are finer than two across.
+  EXPECT_NEAR(edge_length_of(fixtures::MakeBox({1, 1, 1}, 0.25)), std::cbrt(1 / 5000.0), 1e-6);
+}
+
 TEST(BuildHull, GenusIsCounted) {
   const auto torus = Build(fixtures::MakeTorus(2, 0.6, 0.2));
   ASSERT_TRUE(torus.ok());
