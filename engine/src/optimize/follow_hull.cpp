@@ -13,6 +13,7 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/move_judge.h"
 #include "optimize/placement.h"
+#include "optimize/press_vertex.h"
 #include "optimize/raise_quality.h"
 
 namespace amhex {
@@ -44,6 +45,10 @@ constexpr double kOnFeature = 0.02;  // a vertex this near to its crease or corn
 // What is farther than this from the boundary is lost: no cell reaches into it, and a vertex drawn
 // towards it would only bend those before it.
 constexpr double kLost = 1.0;
+// Where no vertex may move, this many around the gap, nearest first, are tried once more with the
+// vertices inside giving way, each at so many places.
+constexpr size_t kMostPressed = 3;
+constexpr size_t kPlacesPressed = 2;
 // A move across a gap is at most this long, edge lengths.
 constexpr double kLongestMove = 0.7;
 
@@ -56,7 +61,8 @@ class Follower {
         view_(ViewOf(placement)),
         floor_(std::clamp(SummarizeQuality(placement.complex).min_scaled_jacobian, kLeastFloor,
                           kMostFloor)),
-        moved_(placement.complex.vertices.size(), 0) {}
+        moved_(placement.complex.vertices.size(), 0),
+        press_(placement, floor_) {}
 
   absl::Status CloseGaps(const std::vector<Gap>& gaps, const RunContext& run) {
     std::vector<Vec3d> places;
@@ -99,6 +105,9 @@ class Follower {
         moved = true;
       }
       if (!moved) break;
+    }
+    for (size_t i = 0; i < std::min(around.size(), kMostPressed); ++i) {
+      if (PressVertex(around[i])) break;
     }
   }
 
@@ -164,18 +173,28 @@ class Follower {
     return Norm(Constrain(constraint, p, view_.features).point - p) < kOnFeature;
   }
 
-  // The best permitted of some places across the worst gaps around the vertex.
-  bool MoveVertex(int32_t v) {
+  // Places across the worst gaps around a vertex that it would be better at; none for one that may
+  // not move.
+  struct Choices {
+    double reach = -1;  // of what was looked at; < 0: nothing was
+    Deviation here;
+    bool is_missed = false;  // something around is farther off than it may be
+    std::vector<Choice> places;
+  };
+  Choices ChoicesFor(int32_t v) const {
+    Choices choices;
     const VertexConstraint& constraint = placement_.constraints.vertex[v];
-    if (constraint.kind == Constraint::kFixed) return false;
+    if (constraint.kind == Constraint::kFixed) return choices;
     const bool is_on_feature = IsOnFeature(v);
-    if (is_on_feature && constraint.kind == Constraint::kCorner) return false;
+    if (is_on_feature && constraint.kind == Constraint::kCorner) return choices;
     const Vec3d start = placement_.complex.vertices[v];
     VertexDeviation deviation(sampling_, limits_, v);
-    in_vain_[v] = {deviation.reach(), moves_.size()};
-    const Deviation here = deviation.At(start);
-    if (!(here.cost > 0) || here.largest > kLost) return false;
-    std::vector<Choice> choices;
+    choices.reach = deviation.reach();
+    choices.here = deviation.At(start);
+    const Deviation& here = choices.here;
+    if (!(here.cost > 0) || here.largest > kLost) return choices;
+    choices.is_missed =
+        here.largest > limits_.limit || deviation.worst_of_creases().distance > limits_.creases;
     const double allowed = std::max(here.largest, kWorthLooking * limits_.limit);
     for (Vec3d place : Candidates(start, deviation)) {
       place = is_on_feature ? Constrain(constraint, place, view_.features).point
@@ -183,9 +202,33 @@ class Follower {
       if (Norm(place - start) > kLongestMove) continue;
       const Deviation there = deviation.At(place, here.cost);
       if (there.cost >= kWorthwhileShare * here.cost || there.largest > allowed) continue;
-      choices.push_back({place, there.cost});
+      choices.places.push_back({place, there.cost});
     }
-    return MoveToBest(v, here.cost, choices);
+    return choices;
+  }
+
+  bool MoveVertex(int32_t v) {
+    const Choices choices = ChoicesFor(v);
+    if (choices.reach >= 0) in_vain_[v] = {choices.reach, moves_.size()};
+    return MoveToBest(v, choices.here.cost, choices.places);
+  }
+
+  // To the place that closes most, if the vertices inside can make room for it.
+  bool PressVertex(int32_t v) {
+    Choices choices = ChoicesFor(v);
+    if (!choices.is_missed) return false;
+    std::stable_sort(choices.places.begin(), choices.places.end(),
+                     [](const Choice& a, const Choice& b) { return a.cost < b.cost; });
+    for (size_t i = 0; i < std::min(choices.places.size(), kPlacesPressed); ++i) {
+      const Choice& choice = choices.places[i];
+      if (!press_.Run(v, choice.place, kWorth * (choices.here.cost - choice.cost))) continue;
+      moved_[v] = 1;
+      in_vain_[v] = {};
+      moves_.push_back(v);
+      moves_.insert(moves_.end(), press_.inner().begin(), press_.inner().end());
+      return true;
+    }
+    return false;
   }
 
   std::vector<Vec3d> Candidates(const Vec3d& start, const VertexDeviation& deviation) const {
@@ -248,6 +291,7 @@ class Follower {
   std::vector<uint8_t> moved_;    // [vertex]
   std::vector<Refusal> in_vain_;  // [vertex]
   std::vector<int32_t> moves_;    // vertices in the order of their moves
+  VertexPress press_;
 };
 
 // Takes moves back until the boundary is an embedding again.

@@ -1,0 +1,142 @@
+#include "optimize/press_vertex.h"
+
+#include <algorithm>
+
+#include "optimize/move_judge.h"
+
+namespace amhex {
+namespace {
+
+// Sweeps over the few vertices that give way: first they raise the worst cells over the floor, with
+// a penalty as steep as where all the mesh's are raised (place_vertices), then the average.
+constexpr int kRaisingSweeps = 10;
+constexpr int kAverageSweeps = 5;
+constexpr double kTarget = 0.5;  // only cells below this are raised, above the floor
+constexpr CornerPenalty kRaisingPenalty = {.knee = 0.36, .steepness = 60};
+constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
+constexpr double kAverageTarget = 0.99;
+constexpr float kFirstStep = 0.1F;
+// The faces at the vertex may turn this far from the hull (cosine), as in any move (move_judge).
+constexpr double kMinNormalAgreement = 0.3;
+
+void SortUnique(std::vector<int32_t>& items) {
+  std::sort(items.begin(), items.end());
+  items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
+}  // namespace
+
+VertexPress::VertexPress(Placement& placement, double floor)
+    : placement_(placement),
+      view_(ViewOf(placement)),
+      floor_(floor),
+      active_(placement.complex.vertices.size(), 1),
+      moved_(placement.complex.vertices.size(), 0),
+      step_(placement.complex.vertices.size(), kFirstStep) {}
+
+bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
+  std::vector<Vec3d>& vertices = placement_.complex.vertices;
+  const Vec3d start = vertices[vertex];
+  const double agreement = WorstNormalAgreement(view_, vertex, place);
+  if (agreement < kMinNormalAgreement && agreement < WorstNormalAgreement(view_, vertex, start)) {
+    return false;
+  }
+  CollectAround(vertex);
+  before_.clear();
+  for (const int32_t v : inner_) before_.push_back(vertices[v]);
+  Survey();
+  const Bounds bounds{std::min(floor_, Least()), Lack() + most_loss};
+  vertices[vertex] = place;
+  if (Settle(bounds)) return true;
+  vertices[vertex] = start;
+  for (size_t i = 0; i < inner_.size(); ++i) vertices[inner_[i]] = before_[i];
+  Survey();
+  return false;
+}
+
+// Moves the vertices inside; whether the bounds are kept then.
+bool VertexPress::Settle(const Bounds& bounds) {
+  Survey();
+  Sweep({QualityAim::kMinimum, kTarget, floor_, kRaisingPenalty}, kRaisingSweeps);
+  if (Least() < bounds.least || !NoneFolds()) return false;
+  Sweep({QualityAim::kAverage, kAverageTarget, floor_, kAveragePenalty}, kAverageSweeps);
+  return Lack() <= bounds.most_lack;
+}
+
+// Free vertices of the cells at the vertex, and of the cells at those.
+void VertexPress::CollectAround(int32_t vertex) {
+  const VertexNeighbourhoods& neighbourhoods = placement_.neighbourhoods;
+  inner_.clear();
+  std::vector<int32_t> ring = {vertex};
+  constexpr int kRings = 2;
+  for (int i = 0; i < kRings; ++i) {
+    std::vector<int32_t> next;
+    for (const int32_t v : ring) {
+      for (const int32_t c : neighbourhoods.cells[v]) {
+        for (const int32_t w : placement_.complex.cells[c]) {
+          if (placement_.constraints.vertex[w].kind == Constraint::kFree) next.push_back(w);
+        }
+      }
+    }
+    SortUnique(next);
+    inner_.insert(inner_.end(), next.begin(), next.end());
+    ring = std::move(next);
+  }
+  SortUnique(inner_);
+  cells_.clear();
+  const auto add_cells_at = [&](int32_t v) {
+    for (const int32_t c : neighbourhoods.cells[v]) cells_.push_back(c);
+  };
+  add_cells_at(vertex);
+  for (const int32_t v : inner_) add_cells_at(v);
+  SortUnique(cells_);
+}
+
+void VertexPress::Survey() {
+  for (const int32_t c : cells_) SurveyCell(view_, c);
+}
+
+void VertexPress::Sweep(const SweepRules& rules, int count) {
+  const auto vertex_count = static_cast<int64_t>(step_.size());
+  const SweepVisits sweep{view_,
+                          rules,
+                          {active_.data(), vertex_count},
+                          {step_.data(), vertex_count},
+                          {moved_.data(), vertex_count}};
+  for (const int32_t v : inner_) step_[v] = kFirstStep;
+  for (int i = 0; i < count; ++i) {
+    bool any = false;
+    for (const int32_t v : inner_) {
+      if (!sweep.Wants(v)) continue;
+      LocalRoom room(static_cast<size_t>(placement_.neighbourhoods.cells[v].size()));
+      sweep.Visit(v, room.data());
+      any = any || moved_[v] != 0;
+    }
+    Survey();
+    if (!any) break;
+  }
+}
+
+double VertexPress::Least() const {
+  double least = 1;
+  for (const int32_t c : cells_) {
+    least = std::min<double>(least, placement_.survey.min_scaled_jacobian[c]);
+  }
+  return least;
+}
+
+bool VertexPress::NoneFolds() const {
+  return std::all_of(cells_.begin(), cells_.end(), [&](int32_t c) {
+    CellPositions positions;
+    for (int slot = 0; slot < 8; ++slot) positions[slot] = view_.vertices[view_.cells[c][slot]];
+    return FoldMargin(view_.PatternOf(c), positions) > 0;
+  });
+}
+
+double VertexPress::Lack() const {
+  double lack = 0;
+  for (const int32_t c : cells_) lack += 1 - placement_.survey.min_scaled_jacobian[c];
+  return lack;
+}
+
+}  // namespace amhex
