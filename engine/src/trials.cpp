@@ -103,7 +103,7 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
 // into it, so distances count as well.
 double LossOf(const CellComplex& placed, const Hull& hull, double good_minimum,
               const StopPoll& poll) {
-  const QualitySummary quality = SummarizeQuality(placed);
+  const QualitySummary quality = SummarizeQuality(placed, poll);
   const MeshStatistics measured = MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll);
   const double distance = std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) *
                           hull.box.Diagonal();  // edge lengths
@@ -304,7 +304,8 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
       AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                              RefillUntilValid(assemblies[candidate.assembly],
                                               std::move(candidate.complex), with, run));
-      const bool is_good = SummarizeQuality(refilled).minimum >= params.assembly.min_quality;
+      const bool is_good =
+          SummarizeQuality(refilled, StopPoll(run)).minimum >= params.assembly.min_quality;
       if (!best.has_value() && (is_good || placed.size() == 1)) {
         best = std::move(refilled);
         break;

@@ -25,12 +25,19 @@ constexpr double kLeastBisector = 0.05;
 
 using Edge = std::pair<int32_t, int32_t>;
 
-std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh) {
+std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh, const StopPoll& poll) {
   std::vector<CellFace> faces;
   for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    poll.At(cell);
     if (!mesh.alive(cell)) continue;
-    for (const CellFace& face : FacesOf(mesh.corners(cell))) {
-      if (mesh.Across(face) == WorkingMesh::kHull) faces.push_back(face);
+    const WorkingMesh::HalfFaces& halves = mesh.half_faces(cell);
+    const auto is_hull = [&](int32_t half) {
+      return half >= 0 && mesh.owner(half ^ 1) == WorkingMesh::kHull;
+    };
+    if (std::none_of(halves.begin(), halves.end(), is_hull)) continue;
+    const CellFaces own = FacesOf(mesh.corners(cell));
+    for (int i = 0; i < own.count; ++i) {
+      if (is_hull(halves[i])) faces.push_back(own.face[i]);
     }
   }
   return faces;
@@ -58,9 +65,10 @@ bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d
 
 class DefectFinder {
  public:
-  DefectFinder(const WorkingMesh& mesh, const Hull& hull)
-      : x_(mesh.vertices()), hull_(hull), faces_(BoundaryFaces(mesh)) {
+  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll)
+      : x_(mesh.vertices()), hull_(hull), poll_(poll), faces_(BoundaryFaces(mesh, poll)) {
     for (size_t f = 0; f < faces_.size(); ++f) {
+      poll_.At(static_cast<int64_t>(f));
       for (int j = 0; j < faces_[f].count; ++j) {
         faces_at_[faces_[f].v[j]].push_back(static_cast<int>(f));
       }
@@ -70,6 +78,7 @@ class DefectFinder {
   std::vector<int32_t> Run() {
     FindEdges();
     for (const auto& [vertex, faces] : faces_at_) {
+      poll_.At(++visited_);
       if (CountSheets(vertex, faces) > 1) defects_.push_back(vertex);
       FindHangingFaces(faces);
     }
@@ -85,6 +94,7 @@ class DefectFinder {
   void FindEdges() {
     std::map<Edge, int> uses;
     for (const CellFace& face : faces_) {
+      poll_.At(++visited_);
       for (int j = 0; j < face.count; ++j) {
         ++uses[std::minmax(face.v[j], face.v[(j + 1) % face.count])];
       }
@@ -132,6 +142,7 @@ class DefectFinder {
 
   void FindFarFaces() {
     for (const CellFace& face : faces_) {
+      poll_.At(++visited_);
       const Vec3d centre = FaceCentroid(face, x_);
       if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle < 0) AddFace(face);
     }
@@ -141,12 +152,13 @@ class DefectFinder {
   void FindOverlaps() {
     const Triangles boundary = Triangulate();
     if (boundary.triangles.empty()) return;
-    const HullQueries queries(boundary.vertices, boundary.triangles);
+    const HullQueries queries(boundary.vertices, boundary.triangles, poll_);
     const auto covered = [&](const Vec3d& p) {
       return queries.WindingNumber(p) > kMaxOutsideWinding;
     };
     std::vector<uint8_t> bad(faces_.size(), 0);
     oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t f) {
+      poll_.At(static_cast<int64_t>(f));
       const Vec3d area = AreaVector(faces_[f], x_);
       bad[f] = covered(FaceCentroid(faces_[f], x_) +
                        Normalized(area) * (kProbeOffset * std::sqrt(Norm(area))));
@@ -158,6 +170,7 @@ class DefectFinder {
     for (const auto& [edge, normal] : boundary.edge_normals) edges.emplace_back(edge, normal);
     std::vector<uint8_t> bad_edge(edges.size(), 0);
     oneapi::tbb::parallel_for(size_t{0}, edges.size(), [&](size_t e) {
+      poll_.At(static_cast<int64_t>(e));
       const auto& [edge, normal] = edges[e];
       if (Norm(normal) < kLeastBisector) return;
       const Vec3d &a = x_[edge.first], &b = x_[edge.second];
@@ -181,6 +194,7 @@ class DefectFinder {
     Triangles result;
     result.vertices = x_;
     for (const CellFace& face : faces_) {
+      poll_.At(static_cast<int64_t>(result.triangles.size()) / 4);
       const auto centre = static_cast<int32_t>(result.vertices.size());
       if (face.count == 4) result.vertices.push_back(FaceCentroid(face, x_));
       for (int j = 0; j < face.count; ++j) {
@@ -200,6 +214,8 @@ class DefectFinder {
 
   const std::vector<Vec3d>& x_;
   const Hull& hull_;
+  const StopPoll poll_;
+  int64_t visited_ = 0;  // vertices and faces, for the poll
   std::vector<CellFace> faces_;
   std::map<int32_t, std::vector<int>> faces_at_;
   std::vector<int32_t> defects_;
@@ -207,8 +223,9 @@ class DefectFinder {
 
 }  // namespace
 
-std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull) {
-  return DefectFinder(mesh, hull).Run();
+std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
+                                         const StopPoll& poll) {
+  return DefectFinder(mesh, hull, poll).Run();
 }
 
 }  // namespace amhex

@@ -11,6 +11,8 @@ namespace amhex {
 // Vertices of boundary edges with more than two boundary faces, of boundary vertices where sheets
 // touch, of boundary faces that face each other across a slit, that lie far from the hull or dip
 // into another part of the mesh; ascending, empty if all is well. O(n log n).
-std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull);
+// Throws RunStopped when `poll` does.
+std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
+                                         const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -5,7 +5,6 @@
 #include <map>
 #include <numbers>
 #include <numeric>
-#include <tuple>
 
 namespace amhex {
 namespace {
@@ -31,12 +30,13 @@ class Groups {
 
 // One open face at one undirected edge.
 struct EdgeUse {
-  int32_t low, high;
+  uint64_t edge;  // the lower vertex, then the higher: sorts in one comparison
   int face;
   bool forward;  // the face runs low -> high
-};
 
-bool IsSameEdge(const EdgeUse& a, const EdgeUse& b) { return a.low == b.low && a.high == b.high; }
+  int32_t low() const { return static_cast<int32_t>(edge >> 32); }
+  int32_t high() const { return static_cast<int32_t>(edge); }
+};
 
 std::vector<EdgeUse> CollectEdgeUses(const std::vector<CellFace>& faces) {
   std::vector<EdgeUse> uses;
@@ -45,11 +45,13 @@ std::vector<EdgeUse> CollectEdgeUses(const std::vector<CellFace>& faces) {
     for (int j = 0; j < faces[f].count; ++j) {
       const int32_t a = faces[f].v[j];
       const int32_t b = faces[f].v[(j + 1) % faces[f].count];
-      uses.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f), a < b});
+      const auto edge =
+          static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint32_t>(std::max(a, b));
+      uses.push_back({edge, static_cast<int>(f), a < b});
     }
   }
   std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-    return std::tuple(a.low, a.high, a.face) < std::tuple(b.low, b.high, b.face);
+    return a.edge != b.edge ? a.edge < b.edge : a.face < b.face;
   });
   return uses;
 }
@@ -59,14 +61,14 @@ std::vector<EdgeUse> CollectEdgeUses(const std::vector<CellFace>& faces) {
 void PairAroundEdge(const WorkingMesh& mesh, const std::vector<CellFace>& faces,
                     const EdgeUse* begin, const EdgeUse* end, Groups* groups) {
   const auto& x = mesh.vertices();
-  const Vec3d axis = Normalized(x[begin->high] - x[begin->low]);
+  const Vec3d axis = Normalized(x[begin->high()] - x[begin->low()]);
   const Vec3d helper = std::abs(axis.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   const Vec3d u = Normalized(Cross(axis, helper));
   const Vec3d w = Cross(axis, u);
   const int count = static_cast<int>(end - begin);
   std::vector<double> angle(count);
   for (int i = 0; i < count; ++i) {
-    const Vec3d d = FaceCentroid(faces[begin[i].face], x) - x[begin->low];
+    const Vec3d d = FaceCentroid(faces[begin[i].face], x) - x[begin->low()];
     angle[i] = std::atan2(Dot(d, w), Dot(d, u));
   }
   struct Wedge {
@@ -102,7 +104,7 @@ Cavities CollectCavities(const WorkingMesh& mesh) {
   Groups groups(static_cast<int>(open.size()));
   for (size_t begin = 0; begin < uses.size();) {
     size_t end = begin + 1;
-    while (end < uses.size() && IsSameEdge(uses[begin], uses[end])) ++end;
+    while (end < uses.size() && uses[end].edge == uses[begin].edge) ++end;
     if (end - begin == 2) {
       groups.Unite(uses[begin].face, uses[begin + 1].face);
     } else if (end - begin > 2) {
@@ -131,11 +133,11 @@ std::vector<std::vector<int32_t>> BoundaryLoops(const std::vector<CellFace>& fac
   for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
     // What runs either way does not cancel where it is boundary.
     int balance = 0;
-    for (; end < uses.size() && IsSameEdge(uses[begin], uses[end]); ++end) {
+    for (; end < uses.size() && uses[end].edge == uses[begin].edge; ++end) {
       balance += uses[end].forward ? 1 : -1;
     }
-    for (int k = 0; k < balance; ++k) next[uses[begin].high].push_back(uses[begin].low);
-    for (int k = 0; k < -balance; ++k) next[uses[begin].low].push_back(uses[begin].high);
+    for (int k = 0; k < balance; ++k) next[uses[begin].high()].push_back(uses[begin].low());
+    for (int k = 0; k < -balance; ++k) next[uses[begin].low()].push_back(uses[begin].high());
   }
   std::vector<std::vector<int32_t>> loops;
   while (!next.empty()) {

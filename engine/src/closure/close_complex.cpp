@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
+#include "base/status_macros.h"
 #include "closure/boundary_defects.h"
 #include "closure/carve.h"
 #include "closure/cavities.h"
@@ -57,7 +58,7 @@ class Closer {
       : hull_(hull),
         seed_(seed),
         run_(run),
-        mesh_(complex),
+        mesh_(complex, StopPoll(run)),
         most_carved_parts_(kCarvedParts + static_cast<int64_t>(hull.volume * kCarvedPartsPerCell)) {
   }
 
@@ -83,7 +84,7 @@ class Closer {
     FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    CellComplex closed = mesh_.ToComplex();
+    CellComplex closed = mesh_.ToComplex(StopPoll(run_));
     // What resists is removed with the cells around it: nothing open does not mean that anything is
     // left.
     if (closed.cells.empty() && !hull_.triangles.empty()) {
@@ -101,7 +102,7 @@ class Closer {
     if (mended.changed) FillCavities(kDefectAttempts + 1 + layers);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    mended.complex = mesh_.ToComplex();
+    mended.complex = mesh_.ToComplex(StopPoll(run_));
     return mended;
   }
 
@@ -113,7 +114,7 @@ class Closer {
     FillCavities(kRefillRound + static_cast<int>(opening.first));
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    return mesh_.ToComplex();
+    return mesh_.ToComplex(StopPoll(run_));
   }
 
  private:
@@ -182,9 +183,9 @@ class Closer {
   // Opens the mesh around boundary defects, `layers` cells farther than their own; false if there
   // are none.
   bool OpenDefects(int layers) {
-    const auto defects = FindBoundaryDefects(mesh_, hull_);
+    const auto defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
     if (defects.empty()) return false;
-    const auto cells_at = mesh_.CellsAtVertices();
+    const auto cells_at = mesh_.CellsAtVertices(StopPoll(run_));
     for (const int32_t v : defects) {
       for (const int cell : cells_at[v]) {
         if (mesh_.alive(cell)) mesh_.RemoveCell(cell);
@@ -284,22 +285,26 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
                                          const MeshingParams& params, RunContext& run,
                                          int attempt) {
   const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(attempt);
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return Closer(complex, hull, seed, run).Run(attempt, &run);
 }
 
 absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
                                            const MeshingParams& params, const RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return Closer(complex, hull, params.run.seed, run).Run(0, nullptr);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
                                     const MeshingParams& params, RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return Closer(complex, hull, params.run.seed, run).Mend(layers);
 }
 
 absl::StatusOr<CellComplex> RefillOpening(const CellComplex& complex, const Hull& hull,
                                           const Opening& opening, const MeshingParams& params,
                                           const RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return Closer(complex, hull, params.run.seed, run).Refill(opening);
 }
 

@@ -4,6 +4,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/status_macros.h"
 #include "closure/star_fill.h"
 #include "optimize/cell_quality.h"
 
@@ -28,7 +29,10 @@ constexpr int kMaxJoinRounds = 3;
 class Improver {
  public:
   Improver(const CellComplex& complex, const Hull& hull, const RunContext& run)
-      : hull_(hull), run_(run), mesh_(complex), cells_at_(mesh_.CellsAtVertices()) {
+      : hull_(hull),
+        run_(run),
+        mesh_(complex, StopPoll(run)),
+        cells_at_(mesh_.CellsAtVertices(StopPoll(run))) {
     limits_.forbid_cavities = true;
     limits_.run = &run;
   }
@@ -36,7 +40,9 @@ class Improver {
   // Worst first.
   void Repair(const RepairEffort& effort) {
     std::vector<std::pair<double, int>> poor;
+    const StopPoll poll(run_);
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      poll.At(cell);
       const auto& only = effort.only;
       const bool is_meant = only.empty() || std::binary_search(only.begin(), only.end(), cell);
       if (!is_meant || !mesh_.alive(cell)) continue;
@@ -76,7 +82,7 @@ class Improver {
     }
   }
 
-  CellComplex Result() const { return mesh_.ToComplex(); }
+  CellComplex Result() const { return mesh_.ToComplex(StopPoll(run_)); }
 
  private:
   // The living cells at a vertex, ascending.
@@ -187,6 +193,7 @@ class Improver {
 
 absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hull,
                                       const RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Improver improver(complex, hull, run);
   improver.JoinStars();
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
@@ -195,6 +202,7 @@ absl::StatusOr<CellComplex> JoinStars(const CellComplex& complex, const Hull& hu
 
 absl::StatusOr<CellComplex> RepairCells(const CellComplex& complex, const Hull& hull,
                                         const RepairEffort& effort, const RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Improver improver(complex, hull, run);
   improver.Repair(effort);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/status_macros.h"
 #include "closure/recap_star.h"
 #include "closure/star_peeler.h"
 #include "closure/working_mesh.h"
@@ -38,14 +39,17 @@ void PeelStar(int32_t apex, const std::vector<int>& star, StarFolds folds, Worki
 
 absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds folds,
                                       const RunContext& run) {
-  WorkingMesh mesh(complex);
-  const auto cells_at = mesh.CellsAtVertices();
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  const StopPoll poll(run);
+  WorkingMesh mesh(complex, poll);
+  const auto cells_at = mesh.CellsAtVertices(poll);
   for (int32_t v = 0; v < static_cast<int32_t>(cells_at.size()); ++v) {
+    poll.At(v);
     if (!IsApex(mesh, cells_at[v])) continue;
     if (absl::Status status = run.CheckStop(); !status.ok()) return status;
     PeelStar(v, cells_at[v], folds, &mesh);
   }
-  return mesh.ToComplex();
+  return mesh.ToComplex(poll);
 }
 
 }  // namespace amhex

@@ -1,5 +1,7 @@
 #include "closure/rank_complexes.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -36,8 +38,9 @@ double TypicalShortfall(PrimitiveType type) {
   return 1;
 }
 
-RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull) {
-  WorkingMesh mesh(complex);
+RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull,
+                    const StopPoll& poll) {
+  WorkingMesh mesh(complex, poll);
   if (mesh.HasOpenFaces()) {
     RemoveLooseCells(&mesh);
     SnapFacesToHull(hull, &mesh);
@@ -69,10 +72,12 @@ absl::StatusOr<std::vector<RankedComplex>> RankComplexes(const std::vector<CellC
   std::vector<RankedComplex> ranked;
   if (complexes.size() == 1) ranked.resize(1);  // nothing to choose from
   if (complexes.size() < 2) return ranked;
-  for (size_t i = 0; i < complexes.size(); ++i) {
-    if (absl::Status status = run.CheckStop(); !status.ok()) return status;
-    ranked.push_back(Judge(complexes[i], i, hull));
-  }
+  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+  ranked.resize(complexes.size());
+  oneapi::tbb::parallel_for(size_t{0}, complexes.size(), [&](size_t i) {
+    ranked[i] = Judge(complexes[i], i, hull, StopPoll(run));
+  });
+  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const RankedComplex& a, const RankedComplex& b) { return a.loss < b.loss; });
   return ranked;

@@ -44,20 +44,26 @@ Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
   return Normalized(Cross(vertices[face.v[1]] - a, vertices[face.v[2]] - a));
 }
 
-WorkingMesh::WorkingMesh(const CellComplex& complex) : vertices_(complex.vertices) {
+WorkingMesh::WorkingMesh(const CellComplex& complex, const StopPoll& poll)
+    : vertices_(complex.vertices) {
   const size_t count = complex.cells.size();
   cells_.reserve(count), types_.reserve(count), alive_.reserve(count), half_faces_.reserve(count);
   face_index_.reserve(count * kFacesPerCell);
   owners_.reserve(2 * count * kFacesPerCell);
   cells_at_edge_.reserve(count * kEdgesPerCell);
-  for (const CellCorners& corners : complex.cells) AddCell(corners);
+  for (const CellCorners& corners : complex.cells) {
+    poll.At(cell_slots());
+    AddCell(corners);
+  }
+  poll.Now();
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
 }
 
-CellComplex WorkingMesh::ToComplex() const {
+CellComplex WorkingMesh::ToComplex(const StopPoll& poll) const {
   CellComplex complex;
   complex.vertices = vertices_;
   for (int cell = 0; cell < cell_slots(); ++cell) {
+    poll.At(cell);
     if (!alive(cell)) continue;
     complex.cells.push_back(cells_[cell]);
     const CellFaces faces = FacesOf(cells_[cell]);
@@ -201,9 +207,10 @@ bool WorkingMesh::HasOpenFaces() const {
   return std::any_of(has_open_.begin(), has_open_.end(), [](uint64_t word) { return word != 0; });
 }
 
-std::vector<std::vector<int>> WorkingMesh::CellsAtVertices() const {
+std::vector<std::vector<int>> WorkingMesh::CellsAtVertices(const StopPoll& poll) const {
   std::vector<std::vector<int>> cells(vertices_.size());
   for (int cell = 0; cell < cell_slots(); ++cell) {
+    poll.At(cell);
     if (!alive(cell)) continue;
     for (const int32_t v : VerticesOf(cells_[cell])) cells[v].push_back(cell);
   }

@@ -13,6 +13,7 @@
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
 #include "assembly/cell_complex.h"
+#include "base/stop_poll.h"
 #include "topology/primitives.h"
 
 namespace amhex {
@@ -37,8 +38,9 @@ class WorkingMesh {
   static constexpr int32_t kOpen = -1;
   static constexpr int32_t kHull = -2;
 
-  explicit WorkingMesh(const CellComplex& complex);
-  CellComplex ToComplex() const;
+  // These and CellsAtVertices throw RunStopped when `poll` does.
+  explicit WorkingMesh(const CellComplex& complex, const StopPoll& poll = {});
+  CellComplex ToComplex(const StopPoll& poll = {}) const;
 
   std::vector<Vec3d>& vertices() { return vertices_; }
   const std::vector<Vec3d>& vertices() const { return vertices_; }
@@ -82,7 +84,7 @@ class WorkingMesh {
   std::vector<CellFace> OpenFaces() const;
   bool HasOpenFaces() const;
   // [vertex] living cells at it, ascending.
-  std::vector<std::vector<int>> CellsAtVertices() const;
+  std::vector<std::vector<int>> CellsAtVertices(const StopPoll& poll = {}) const;
 
  private:
   struct FaceKey {

@@ -84,7 +84,7 @@ class Follower {
   absl::Status RegainQuality(const RunContext& run) {
     SweepMemory memory = StartSweeps(static_cast<int64_t>(moved_.size()));
     std::fill(memory.active.begin(), memory.active.end(), 0);
-    NoteMoves(moved_, placement_, memory);
+    NoteMoves(moved_, placement_, memory, StopPoll(run));
     for (size_t v = 0; v < moved_.size(); ++v) {
       if (moved_[v]) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
     }
@@ -295,10 +295,12 @@ class Follower {
 };
 
 // Takes moves back until the boundary is an embedding again.
-void TakeBackDefects(const Hull& hull, const std::vector<Vec3d>& before, CellComplex* complex) {
+void TakeBackDefects(const Hull& hull, const std::vector<Vec3d>& before, const StopPoll& poll,
+                     CellComplex* complex) {
   constexpr double kNearDefect = 3.0;
   while (complex->vertices != before) {
-    const std::vector<int32_t> defects = FindBoundaryDefects(WorkingMesh(*complex), hull);
+    const std::vector<int32_t> defects =
+        FindBoundaryDefects(WorkingMesh(*complex, poll), hull, poll);
     if (defects.empty()) return;
     bool any = false;
     for (size_t v = 0; v < before.size(); ++v) {
@@ -320,19 +322,20 @@ absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
                                        const HullFeatures& features, const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (complex.cells.empty()) return complex;
-  Placement placement = PreparePlacement(complex, features);
-  const HullSampling sampling(hull, placement);
+  const StopPoll poll(run);
+  Placement placement = PreparePlacement(complex, features, poll);
+  const HullSampling sampling(hull, placement, poll);
   const DeviationLimits limits = LimitsFor(hull);
   const std::vector<Vec3d> before = complex.vertices;
   Follower follower(placement, sampling, limits);
   for (int pass = 0; pass < kPasses; ++pass) {
-    std::vector<Gap> gaps = sampling.GapsBeyond(kWorthLooking * limits.limit, StopPoll(run));
-    for (const Gap& gap : sampling.CreaseGapsBeyond(limits.creases)) gaps.push_back(gap);
+    std::vector<Gap> gaps = sampling.GapsBeyond(kWorthLooking * limits.limit, poll);
+    for (const Gap& gap : sampling.CreaseGapsBeyond(limits.creases, poll)) gaps.push_back(gap);
     if (gaps.empty()) break;
     AMHEX_RETURN_IF_ERROR(follower.CloseGaps(gaps, run));
     AMHEX_RETURN_IF_ERROR(follower.RegainQuality(run));
   }
-  TakeBackDefects(hull, before, &complex);
+  TakeBackDefects(hull, before, poll, &complex);
   return complex;
 }
 

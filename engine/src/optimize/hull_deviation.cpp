@@ -30,11 +30,13 @@ constexpr double kBeyondFaces = 0.35;
 constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 constexpr double kBinSize = 1.0;
 
-std::vector<Vec3d> HullPoints(const Hull& hull) {
+std::vector<Vec3d> HullPoints(const Hull& hull, const StopPoll& poll) {
   std::vector<Vec3d> points = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
   // One of the input's own points in each cube of a grid: they are on ridges and tips.
   absl::flat_hash_set<std::array<int32_t, 3>> taken;
+  int64_t visited = 0;
   for (const Vec3d& p : hull.input_points) {
+    poll.At(++visited);
     std::array<int32_t, 3> cube;
     for (int a = 0; a < 3; ++a) cube[a] = static_cast<int32_t>(std::floor(p[a] / kPointSpacing));
     if (taken.insert(cube).second) points.push_back(p);
@@ -104,10 +106,10 @@ DeviationLimits LimitsFor(const Hull& hull) {
   return limits;
 }
 
-HullSampling::HullSampling(const Hull& hull, const Placement& placement)
+HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
     : hull_(hull),
       placement_(placement),
-      points_(HullPoints(hull)),
+      points_(HullPoints(hull, poll)),
       crease_points_(CreasePoints(placement.features.view())),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),
@@ -143,7 +145,7 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll)
   return found;
 }
 
-std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance) const {
+std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll& poll) const {
   std::vector<Gap> gaps;
   if (crease_points_.empty()) return gaps;
   const CellComplex& complex = placement_.complex;
@@ -155,7 +157,9 @@ std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance) const {
     }
   }
   const SegmentQueries queries(std::move(edges));
+  int64_t visited = 0;
   for (const Vec3d& p : crease_points_) {
+    poll.At(++visited);
     const SegmentPoint nearest = queries.Closest(p, hull_.box.Diagonal());
     if (nearest.segment >= 0 && nearest.distance > distance) {
       gaps.push_back({p, nearest.point, nearest.distance});

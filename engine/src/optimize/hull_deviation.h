@@ -39,13 +39,14 @@ struct Gap {
 // a few tenths of an edge length after this is made. `placement`, `hull` must outlive it.
 class HullSampling {
  public:
-  HullSampling(const Hull& hull, const Placement& placement);
+  // Throws RunStopped when `poll` does.
+  HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {});
 
   // Those of the hull farther than `distance` from the boundary, and the middles of faces farther
   // than that from the hull, farthest first.
   std::vector<Gap> GapsBeyond(double distance, const StopPoll& poll) const;
   // Samples of creases farther than `distance` from any edge of the boundary, farthest first.
-  std::vector<Gap> CreaseGapsBeyond(double distance) const;
+  std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll) const;
 
   const Hull& hull() const { return hull_; }
   const Placement& placement() const { return placement_; }

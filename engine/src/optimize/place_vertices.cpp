@@ -60,6 +60,7 @@ class Placer {
   Placer(Placement& placement, const RunContext& run, RunContext* watched)
       : placement_(placement),
         run_(run),
+        poll_(run),
         watched_(watched),
         vertex_count_(static_cast<int64_t>(placement.complex.vertices.size())),
         cells_by_type_(CountCells(placement.complex)) {}
@@ -77,7 +78,7 @@ class Placer {
     Report(0.6);
     if (effort == PlacementEffort::kValid) return absl::OkStatus();
     // Good cells may give way where the sum gains; poor ones and the minimum may not.
-    const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    const double minimum = SummarizeQuality(placement_.complex, poll_).min_scaled_jacobian;
     status = Sweep({QualityAim::kAverage, kAverageTarget,
                     std::clamp(minimum, kAverageFloor, kGoodMinimum), kAveragePenalty},
                    kAverageSweeps);
@@ -96,15 +97,15 @@ class Placer {
       if (!projected.ok()) return projected.status();
       const absl::Status status = Sweep(rules, kSweepsPerRound, memory);
       if (!status.ok()) return status;
-      if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached);
+      if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached, poll_);
       Report(0.4 * static_cast<double>(round + 1) / kProjectionFloors.size());
-      if (LargestOffset(placement_) < kReached) break;
+      if (LargestOffset(placement_, poll_) < kReached) break;
     }
     return absl::OkStatus();
   }
 
   absl::Status RaiseMinimum(PlacementEffort effort) {
-    const double minimum = SummarizeQuality(placement_.complex).min_scaled_jacobian;
+    const double minimum = SummarizeQuality(placement_.complex, poll_).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
     for (const LevelShape& shape : kLevelShapes) {
       const bool quick = effort == PlacementEffort::kValid;
@@ -200,6 +201,7 @@ class Placer {
 
   Placement& placement_;
   const RunContext& run_;
+  const StopPoll poll_;
   RunContext* const watched_;
   int64_t vertex_count_ = 0;
   const CellCounts cells_by_type_;
@@ -224,9 +226,11 @@ absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeature
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
+  status = run.CheckStop();
+  if (!status.ok()) return status;
   // Judge the maps that the output will have.
   for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
-  Placement placement = PreparePlacement(complex, features);
+  Placement placement = PreparePlacement(complex, features, StopPoll(run));
   placement.device = device;
   status = Placer(placement, run, &run).Run(effort);
   if (!status.ok()) return status;
@@ -237,9 +241,10 @@ absl::StatusOr<CellComplex> PlacePart(CellComplex part, const std::vector<uint8_
                                       const HullFeatures& features, const RunContext& run,
                                       PlacementEffort effort) {
   absl::Status status = CheckCells(part);
+  status.Update(run.CheckStop());
   if (!status.ok()) return status;
   for (CellCorners& corners : part.cells) corners = AsListedInFigure2(corners);
-  Placement placement = PreparePlacement(part, features);
+  Placement placement = PreparePlacement(part, features, StopPoll(run));
   for (size_t v = 0; v < fixed.size(); ++v) {
     if (fixed[v]) placement.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
   }

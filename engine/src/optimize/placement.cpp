@@ -32,11 +32,12 @@ IncidenceView Viewed(const Incidence& incidence) {
 }
 
 // No cell twice.
-void RenewSurvey(const std::vector<int32_t>& cells, Placement& placement) {
+void RenewSurvey(const std::vector<int32_t>& cells, Placement& placement, const StopPoll& poll) {
   const PlacementView view = ViewOf(placement);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, cells.size(), kCellsPerBlock),
                     [&](const tbb::blocked_range<size_t>& range) {
                       for (size_t i = range.begin(); i < range.end(); ++i) {
+                        if ((i - range.begin()) % kCellsPerBlock == 0) poll.Now();
                         SurveyCell(view, cells[i]);
                       }
                     });
@@ -79,26 +80,29 @@ SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& r
   return task;
 }
 
-Placement PreparePlacement(CellComplex& complex, const HullFeatures& features) {
-  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex);
-  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features);
+Placement PreparePlacement(CellComplex& complex, const HullFeatures& features,
+                           const StopPoll& poll) {
+  VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex, poll);
+  VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features, poll);
   Placement placement{complex, features, std::move(neighbourhoods), std::move(constraints), {}};
-  SurveyAllCells(placement);
+  SurveyAllCells(placement, poll);
   return placement;
 }
 
-void SurveyAllCells(Placement& placement) {
+void SurveyAllCells(Placement& placement, const StopPoll& poll) {
   std::vector<int32_t> all(placement.complex.cells.size());
   std::iota(all.begin(), all.end(), 0);
   placement.survey.min_scaled_jacobian.resize(all.size());
   placement.survey.near_folding.resize(all.size());
-  RenewSurvey(all, placement);
+  RenewSurvey(all, placement, poll);
 }
 
-void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory) {
+void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory,
+               const StopPoll& poll) {
   std::vector<uint8_t> is_touched(placement.complex.cells.size(), 0);
   std::vector<int32_t> touched;
   for (size_t v = 0; v < moved.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
     if (!moved[v]) continue;
     for (const int32_t c : placement.neighbourhoods.cells[static_cast<int64_t>(v)]) {
       if (is_touched[c]) continue;
@@ -107,7 +111,7 @@ void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMem
       for (const int32_t neighbour : placement.complex.cells[c]) memory.active[neighbour] = 1;
     }
   }
-  RenewSurvey(touched, placement);
+  RenewSurvey(touched, placement, poll);
 }
 
 absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,

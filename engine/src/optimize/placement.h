@@ -38,7 +38,9 @@ struct Placement {
   ResidentSlot resident = {};   // for the device's copy of cells and neighbourhoods
 };
 // Cells must be of Figure 2; `complex` and `features` must outlive the placement. O(n log n).
-Placement PreparePlacement(CellComplex& complex, const HullFeatures& features);
+// Throws RunStopped when `poll` does, like all below that takes one.
+Placement PreparePlacement(CellComplex& complex, const HullFeatures& features,
+                           const StopPoll& poll = {});
 
 // The placement's own arrays, as they are now.
 PlacementView ViewOf(Placement& placement);
@@ -54,9 +56,10 @@ SweepMemory StartSweeps(int64_t vertex_count);
 SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& run);
 
 // Surveys all cells.
-void SurveyAllCells(Placement& placement);
+void SurveyAllCells(Placement& placement, const StopPoll& poll = {});
 // Surveys the cells anew of which a vertex has moved, and activates all their vertices.
-void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory);
+void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory,
+               const StopPoll& poll);
 
 // Room for the cells around one vertex, on the stack for most.
 using LocalRoom = absl::InlinedVector<LocalCell, 10>;

@@ -36,7 +36,7 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
       moved[v] = ProjectVertex(task.placement, v, quality_floor, room.data());
     });
     if (!status.ok()) return status;
-    NoteMoves(moved, placement, memory);
+    NoteMoves(moved, placement, memory, StopPoll(run));
     task.projected_count = std::count(moved.begin(), moved.end(), 1);
     return true;
   };
@@ -45,8 +45,9 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
   return task.projected_count;
 }
 
-void WeakenUnreached(Placement& placement, double tolerance) {
+void WeakenUnreached(Placement& placement, double tolerance, const StopPoll& poll) {
   for (size_t v = 0; v < placement.constraints.vertex.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
     VertexConstraint& constraint = placement.constraints.vertex[v];
     if (constraint.kind != Constraint::kCrease && constraint.kind != Constraint::kCorner) continue;
     if (OffsetOf(placement, v) <= tolerance) continue;
@@ -54,10 +55,11 @@ void WeakenUnreached(Placement& placement, double tolerance) {
   }
 }
 
-double LargestOffset(const Placement& placement) {
+double LargestOffset(const Placement& placement, const StopPoll& poll) {
   return tbb::parallel_reduce(
       tbb::blocked_range<size_t>(0, placement.constraints.vertex.size(), kVerticesPerBlock), 0.0,
       [&](const tbb::blocked_range<size_t>& range, double largest) {
+        poll.Now();
         for (size_t v = range.begin(); v < range.end(); ++v) {
           largest = std::max(largest, OffsetOf(placement, v));
         }

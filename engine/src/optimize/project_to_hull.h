@@ -15,10 +15,10 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
                                       SweepMemory& memory, const RunContext& run);
 
 // Vertices farther than `tolerance` edge lengths from their crease or corner get the next weaker
-// constraint. Patches stay.
-void WeakenUnreached(Placement& placement, double tolerance);
+// constraint. Patches stay. This and the next throw RunStopped when `poll` does.
+void WeakenUnreached(Placement& placement, double tolerance, const StopPoll& poll = {});
 
 // Largest distance of a hull vertex from its constraint, edge lengths.
-double LargestOffset(const Placement& placement);
+double LargestOffset(const Placement& placement, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -34,7 +34,7 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
   });
   if (!status.ok()) return status;
   std::fill(memory.active.begin(), memory.active.end(), 0);
-  NoteMoves(moved, placement, memory);
+  NoteMoves(moved, placement, memory, StopPoll(run));
   return std::count(moved.begin(), moved.end(), 1);
 }
 
@@ -54,11 +54,12 @@ absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t co
   return run.CheckStop();
 }
 
-QualitySummary SummarizeQuality(const CellComplex& complex) {
+QualitySummary SummarizeQuality(const CellComplex& complex, const StopPoll& poll) {
   // Deterministic: fixed blocks, joined in a fixed order.
   QualitySummary summary = tbb::parallel_deterministic_reduce(
       tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerBlock), QualitySummary{},
       [&](const tbb::blocked_range<size_t>& range, QualitySummary part) {
+        poll.Now();
         for (size_t c = range.begin(); c < range.end(); ++c) {
           const double quality = CellQuality(complex.cells[c], complex.vertices);
           part.minimum = std::min(part.minimum, quality);

@@ -28,7 +28,7 @@ struct QualitySummary {
   double min_scaled_jacobian = 1;
   double average_scaled_jacobian = 0;
 };
-// Over all cells.
-QualitySummary SummarizeQuality(const CellComplex& complex);
+// Over all cells. Throws RunStopped when `poll` does.
+QualitySummary SummarizeQuality(const CellComplex& complex, const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -275,8 +275,9 @@ class Refiller {
 
   // Refills places that do not touch and have not had their turn; false if there are none.
   absl::StatusOr<bool> RunWave(CellComplex* complex) {
-    const WorkingMesh whole(*complex);
-    const CellLists cells_at = whole.CellsAtVertices();
+    AMHEX_RETURN_IF_ERROR(run_.CheckStop());
+    const WorkingMesh whole(*complex, StopPoll(run_));
+    const CellLists cells_at = whole.CellsAtVertices(StopPoll(run_));
     std::vector<PlaceRefill> wave;
     std::vector<uint8_t> is_taken(whole.cell_slots(), 0);
     for (const Place& place : FindPlaces(whole, cells_at)) {
@@ -316,9 +317,9 @@ class Refiller {
         break;
       }
       if (!fits) continue;
-      const std::vector<int32_t> defects = FindBoundaryDefects(changed, hull_);
+      const std::vector<int32_t> defects = FindBoundaryDefects(changed, hull_, StopPoll(run_));
       if (defects.empty()) {
-        *complex = changed.ToComplex();
+        *complex = changed.ToComplex(StopPoll(run_));
         return;
       }
       DiscardAt(defects, static_cast<int32_t>(whole.vertices().size()), wave);

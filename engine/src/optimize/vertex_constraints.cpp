@@ -1,5 +1,8 @@
 #include "optimize/vertex_constraints.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <tuple>
 #include <vector>
@@ -21,6 +24,19 @@ constexpr double kNormalWeight = 1.0;
 constexpr double kFadingCreaseCosine = 0.9;
 
 using PatchList = std::vector<int32_t>;
+
+// Calls body(i) for every i below `count`, from several threads; what it writes is its own.
+template <class Body>
+void ForBlocks(size_t count, const StopPoll& poll, const Body& body) {
+  constexpr size_t kPerPoll = 256;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kPerPoll),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t i = range.begin(); i < range.end(); ++i) {
+                        if ((i - range.begin()) % kPerPoll == 0) poll.Now();
+                        body(i);
+                      }
+                    });
+}
 
 Vec3d FaceNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
   const Vec3d &a = vertices[face.v[0]], &b = vertices[face.v[1]], &c = vertices[face.v[2]];
@@ -155,29 +171,31 @@ void AssignCorners(const std::vector<Vec3d>& vertices, const std::vector<PatchLi
 
 VertexConstraints AssignConstraints(const CellComplex& complex,
                                     const VertexNeighbourhoods& neighbourhoods,
-                                    const HullFeatures& features) {
+                                    const HullFeatures& features, const StopPoll& poll) {
   VertexConstraints result;
   const size_t face_count = complex.hull_faces.size();
   result.face_patch.resize(face_count);
   result.face_normal.resize(face_count);
   std::vector<Vec3d> own_normals(face_count);
-  for (size_t f = 0; f < face_count; ++f) {
+  ForBlocks(face_count, poll, [&](size_t f) {
     own_normals[f] = FaceNormal(complex.hull_faces[f], complex.vertices);
     LocateFace(complex.hull_faces[f], complex.vertices, features, result.face_patch[f],
                result.face_normal[f]);
-  }
+  });
   result.vertex.resize(complex.vertices.size());
   std::vector<PatchList> patches_of(complex.vertices.size());
   std::vector<int32_t> hull_vertices;
-  for (size_t i = 0; i < complex.vertices.size(); ++i) {
-    const int32_t v = static_cast<int32_t>(i);
-    if (neighbourhoods.hull_faces[v].size() == 0) continue;
-    hull_vertices.push_back(v);
+  for (size_t v = 0; v < complex.vertices.size(); ++v) {
+    if (neighbourhoods.hull_faces[static_cast<int64_t>(v)].size() == 0) continue;
+    hull_vertices.push_back(static_cast<int32_t>(v));
+  }
+  ForBlocks(hull_vertices.size(), poll, [&](size_t i) {
+    const int32_t v = hull_vertices[i];
     patches_of[v] = PatchesAt(v, neighbourhoods, result.face_patch);
     const Vec3d& p = complex.vertices[v];
     if (patches_of[v].size() > 1) {
       result.vertex[v] = NearestCrease(patches_of[v], p, features);
-      continue;
+      return;
     }
     const int32_t patch = patches_of[v][0];
     result.vertex[v] = {Constraint::kPatch, patch, -1, -1};
@@ -185,7 +203,7 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
         FacesBend(v, neighbourhoods, own_normals)) {
       result.vertex[v] = {Constraint::kCrease, patch, patch, -1};
     }
-  }
+  });
   AssignCorners(complex.vertices, patches_of, hull_vertices, features, result.vertex);
   return result;
 }

@@ -20,9 +20,10 @@ struct VertexConstraints {
 
 // Assigns every hull vertex. A vertex gets a crease or a corner only where its own hull faces lie
 // on the patches that meet there; every corner gets the nearest such vertex. O(n log n).
+// Throws RunStopped when `poll` does.
 VertexConstraints AssignConstraints(const CellComplex& complex,
                                     const VertexNeighbourhoods& neighbourhoods,
-                                    const HullFeatures& features);
+                                    const HullFeatures& features, const StopPoll& poll = {});
 
 // The next weaker constraint of a vertex that cannot reach its target: corner to crease or patch,
 // crease to the patch nearest to `p`. Patches stay.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "assembly/cell_complex.h"
+#include "base/stop_poll.h"
 #include "optimize/cell_pattern.h"
 
 namespace amhex {
@@ -35,7 +36,7 @@ struct VertexNeighbourhoods {
   std::vector<std::vector<int32_t>> colours;
 };
 
-// Linear. Requires cells of Figure 2.
-VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex);
+// Linear. Requires cells of Figure 2. Throws RunStopped when `poll` does.
+VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex, const StopPoll& poll = {});
 
 }  // namespace amhex
