@@ -50,12 +50,12 @@ PointCloud WithNoise(PointCloud cloud, double deviation) {
   return cloud;
 }
 
-MeshingResult MeshOf(const PointCloud& cloud) {
+MeshingResult MeshOf(const InputHull& input) {
   MeshingParams params;
   params.sizing.cell_count = 1200;
   params.run.backend = Backend::kCpu;
   RunContext run;
-  absl::StatusOr<MeshingResult> result = Mesh(InputHull(cloud), params, run);
+  absl::StatusOr<MeshingResult> result = Mesh(input, params, run);
   EXPECT_TRUE(result.ok()) << result.status();
   if (!result.ok()) return {};
   EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
@@ -92,6 +92,15 @@ double InteriorQuality(const AtMostHexaMesh& mesh) {
     ++count;
   }
   return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+TEST(CleanCloud, HasNearlyAsManyHexahedraAsTheMeshItIsFrom) {
+  for (const TriangleMesh& mesh :
+       {fixtures::MakeTorus(kMajorRadius, kMinorRadius, 0.06), fixtures::MakeCylinder(1, 3, 0.1)}) {
+    const PointCloud cloud = fixtures::SampleSurface(mesh, 2 * kPoints, 1);
+    const double share = MeshOf(cloud).statistics.hexahedra_ratio;
+    EXPECT_GE(share, MeshOf(mesh).statistics.hexahedra_ratio - 0.03);
+  }
 }
 
 TEST(NoisyCloud, HalfAPercentOfNoiseChangesLittle) {
