@@ -26,6 +26,8 @@ SPLIT = {
     "amhex_decode_rejected_total": "reason",
     "amhex_worker_restarts_total": "cause",
     "amhex_stage_duration_seconds": "stage",
+    "amhex_job_duration_seconds": "size_class",
+    "grpc_server_call_duration_seconds": "method",
     "amhex_build_info": "version",
 }
 # Every node of a cluster tells the same of what they share.

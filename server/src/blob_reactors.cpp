@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "errors.h"
-#include "grpc_status.h"
 #include "request_checks.h"
 #include "status_macros.h"
 
@@ -22,6 +21,7 @@ absl::Status ClientGone() { return absl::CancelledError("the client ended the st
 WriteBlobReactor::WriteBlobReactor(absl::StatusOr<Caller> caller, grpc::ByteBuffer* response,
                                    JobManager* manager, BlockingExecutor* executor)
     : caller_(std::move(caller)),
+      record_(&manager->metrics(), "amhex.v1.Blobs/WriteBlob"),
       response_(response),
       receiver_(manager),
       storing_(executor),
@@ -115,12 +115,14 @@ void WriteBlobReactor::Answer() {
   bool own_buffer = false;
   grpc::SerializationTraits<amhex::v1::WriteBlobResponse>::Serialize(response, response_,
                                                                      &own_buffer);
-  Finish(ToGrpc(status));
+  Finish(record_.End(status));
 }
 
 ReadBlobReactor::ReadBlobReactor(absl::StatusOr<Caller> caller, const grpc::ByteBuffer& request,
                                  JobManager* manager, BlockingExecutor* executor)
-    : sender_(manager), executor_(executor) {
+    : record_(&manager->metrics(), "amhex.v1.Blobs/ReadBlob"),
+      sender_(manager),
+      executor_(executor) {
   executor_->Post([this, caller = std::move(caller), request] { Open(caller, request); });
 }
 
@@ -135,7 +137,7 @@ void ReadBlobReactor::Open(const absl::StatusOr<Caller>& caller, grpc::ByteBuffe
   }
   if (status.ok()) status = sender_.Open(*caller, read);
   if (status.ok()) return Prepare();
-  Finish(ToGrpc(status));
+  Finish(record_.End(status));
 }
 
 void ReadBlobReactor::Prepare() {
@@ -179,7 +181,7 @@ void ReadBlobReactor::Settle(std::unique_lock<std::mutex> lock) {
   const absl::Status status = outcome_.value_or(absl::OkStatus());
   lock.unlock();
   if (is_sent) StartWrite(&sending_);
-  if (is_over) Finish(ToGrpc(status));
+  if (is_over) Finish(record_.End(status));
 }
 
 }  // namespace amhex::server

@@ -9,6 +9,7 @@
 
 #include "blob_transfer.h"
 #include "blocking_executor.h"
+#include "call_record.h"
 
 namespace amhex::server {
 
@@ -37,6 +38,7 @@ class WriteBlobReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
   void Answer();
 
   const absl::StatusOr<Caller> caller_;
+  const CallRecord record_;
   grpc::ByteBuffer* const response_;
   BlobReceiver receiver_;
   JobManager::UploadState state_;
@@ -68,6 +70,7 @@ class ReadBlobReactor final : public grpc::ServerWriteReactor<grpc::ByteBuffer> 
   // Sends what is ready once the last frame has gone, prepares the next, or ends.
   void Settle(std::unique_lock<std::mutex> lock);
 
+  const CallRecord record_;
   BlobSender sender_;
   BlockingExecutor* const executor_;
   grpc::ByteBuffer sending_;

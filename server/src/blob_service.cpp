@@ -2,7 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "blob_reactors.h"
-#include "grpc_status.h"
+#include "call_record.h"
 #include "request_checks.h"
 #include "status_macros.h"
 
@@ -18,7 +18,8 @@ grpc::ServerUnaryReactor* BlobService::QueryWriteStatus(
     grpc::CallbackServerContext* context, const amhex::v1::QueryWriteStatusRequest* request,
     amhex::v1::QueryWriteStatusResponse* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  executor_->Post([this, context, reactor, request, response] {
+  const CallRecord record(&manager_->metrics(), "amhex.v1.Blobs/QueryWriteStatus");
+  executor_->Post([this, context, reactor, record, request, response] {
     const auto answer = [&]() -> absl::Status {
       AMHEX_ASSIGN_OR_RETURN(const Caller caller,
                              authenticator_->Identify(*context, {Role::kSubmit}));
@@ -28,7 +29,7 @@ grpc::ServerUnaryReactor* BlobService::QueryWriteStatus(
       response->set_committed_size(state.committed_size);
       return absl::OkStatus();
     };
-    reactor->Finish(ToGrpc(answer()));
+    reactor->Finish(record.End(answer()));
   });
   return reactor;
 }
@@ -43,7 +44,8 @@ grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(
     grpc::CallbackServerContext* context, const amhex::v1::FindMissingBlobsRequest* request,
     amhex::v1::FindMissingBlobsResponse* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  executor_->Post([this, context, reactor, request, response] {
+  const CallRecord record(&manager_->metrics(), "amhex.v1.Blobs/FindMissingBlobs");
+  executor_->Post([this, context, reactor, record, request, response] {
     const auto answer = [&]() -> absl::Status {
       AMHEX_ASSIGN_OR_RETURN(const Caller caller,
                              authenticator_->Identify(*context, {Role::kSubmit}));
@@ -60,7 +62,7 @@ grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(
       }
       return bad.ToStatus();
     };
-    reactor->Finish(ToGrpc(answer()));
+    reactor->Finish(record.End(answer()));
   });
   return reactor;
 }

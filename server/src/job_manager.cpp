@@ -308,7 +308,7 @@ void JobManager::CountFinished(const Job& job) {
   double seconds = 0;
   if (job.has_start_time()) {
     seconds = absl::ToDoubleSeconds(FromProto(job.end_time()) - FromProto(job.start_time()));
-    metrics_->job_duration_seconds.Observe(seconds);
+    metrics_->JobDuration(job.result().statistics().cell_count()).Observe(seconds);
   }
   LogInfo("job_finished", {{"job", job.name()},
                            {"state", state},

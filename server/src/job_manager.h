@@ -184,8 +184,11 @@ class JobManager {
   absl::StatusOr<ExpectedCost> AdmitCost(const amhex::v1::MeshingParams& params,
                                          const AdmittedInput& input) const;
   int64_t MostMemoryOfOneJob() const;
-  // Of the budget of the running jobs.
+  // Set aside for the running jobs, and what is left of their budget.
+  int64_t ReservedMemory();
   int64_t FreeMemory();
+  // How the memory set aside for an attempt compares with what it took.
+  void ObserveMemory(const Attempt& attempt);
   std::shared_ptr<Attempt> ClaimNext(const std::string& worker);
   std::shared_ptr<JobFeed> FeedFor(const std::string& id, const amhex::v1::Job& job);
   std::shared_ptr<JobFeed> FindFeed(const std::string& id);

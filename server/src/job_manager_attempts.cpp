@@ -52,13 +52,17 @@ std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
   return nullptr;
 }
 
-int64_t JobManager::FreeMemory() {
-  const int64_t budget = options_.limits.max_running_memory_bytes;
-  if (budget <= 0) return std::numeric_limits<int64_t>::max();
+int64_t JobManager::ReservedMemory() {
   std::lock_guard<std::mutex> lock(mutex_);
   int64_t taken = 0;
   for (const auto& entry : attempts_) taken += entry.second->job().expected_memory_bytes();
-  return std::max<int64_t>(budget - taken, 0);
+  return taken;
+}
+
+int64_t JobManager::FreeMemory() {
+  const int64_t budget = options_.limits.max_running_memory_bytes;
+  if (budget <= 0) return std::numeric_limits<int64_t>::max();
+  return std::max<int64_t>(budget - ReservedMemory(), 0);
 }
 
 std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
@@ -185,6 +189,7 @@ void JobManager::Succeed(Attempt& attempt, amhex::v1::MeshingResult result) {
   const amhex::v1::MeshStatistics& statistics = result.statistics();
   metrics_->cells.Observe(static_cast<double>(statistics.cell_count()));
   metrics_->hexahedra_ratio.Observe(statistics.hexahedra_ratio());
+  ObserveMemory(attempt);
   for (const auto& count : statistics.cells_by_type()) {
     std::string type = amhex::v1::CellType_Name(count.type());
     type.erase(0, std::string("CELL_TYPE_").size());
@@ -196,6 +201,16 @@ void JobManager::Succeed(Attempt& attempt, amhex::v1::MeshingResult result) {
   outcome.state = Job::SUCCEEDED;
   *outcome.details.mutable_result() = std::move(result);
   Finish(attempt, outcome);
+}
+
+void JobManager::ObserveMemory(const Attempt& attempt) {
+  int64_t most = 0;
+  const Job live = attempt.feed_->Current();
+  for (const auto& stage : live.stages()) most = std::max(most, stage.peak_memory_bytes());
+  const int64_t expected = attempt.job().expected_memory_bytes();
+  if (most <= 0 || expected <= 0) return;
+  metrics_->memory_estimate_ratio.Observe(static_cast<double>(expected) /
+                                          static_cast<double>(most));
 }
 
 void JobManager::Fail(Attempt& attempt, const absl::Status& error) {
@@ -341,6 +356,7 @@ void JobManager::TendQueue() {
   if (const auto cost = store_->QueuedCost(); cost.ok()) {
     metrics_->queue_cost_seconds.Set(absl::ToDoubleSeconds(*cost));
   }
+  metrics_->memory_reserved_bytes.Set(static_cast<double>(ReservedMemory()));
   metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
 }
 

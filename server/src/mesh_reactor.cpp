@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "errors.h"
-#include "grpc_status.h"
 #include "job.h"
 #include "job_id.h"
 #include "request_checks.h"
@@ -16,6 +15,7 @@ using amhex::v1::Job;
 MeshReactor::MeshReactor(absl::StatusOr<Caller> caller, Parts parts)
     : caller_(std::move(caller)),
       parts_(std::move(parts)),
+      record_(&parts_.manager->metrics(), "amhex.v1.Mesher/Mesh"),
       waker_(std::make_shared<FeedWaker>([this] { Pump(); })),
       receiver_(parts_.manager),
       sender_(parts_.manager) {
@@ -201,7 +201,7 @@ void MeshReactor::End(const absl::Status& status) {
       manager->Cancel(caller, abandoned).IgnoreError();
     });
   }
-  Finish(ToGrpc(status));
+  Finish(record_.End(status));
 }
 
 void MeshReactor::OnDone() {

@@ -12,6 +12,7 @@
 #include "amhex/v1/meshing_service.pb.h"
 #include "blob_transfer.h"
 #include "blocking_executor.h"
+#include "call_record.h"
 #include "feed_waker.h"
 #include "job_manager.h"
 
@@ -52,6 +53,7 @@ class MeshReactor final
 
   const absl::StatusOr<Caller> caller_;
   const Parts parts_;
+  const CallRecord record_;
   const std::shared_ptr<FeedWaker> waker_;
   amhex::v1::MeshRequest request_;    // being read
   amhex::v1::MeshResponse response_;  // being written

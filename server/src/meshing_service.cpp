@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/ascii.h"
-#include "grpc_status.h"
+#include "call_record.h"
 #include "mesh_reactor.h"
 #include "request_checks.h"
 #include "status_macros.h"
@@ -42,13 +42,14 @@ grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* co
                                                  const Order& order,
                                                  std::function<absl::Status(const Caller&)> call) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  const CallRecord record(&manager_->metrics(), order.method);
   auto caller = authenticator_->Identify(*context, order.roles);
   if (!caller.ok()) {
-    reactor->Finish(ToGrpc(caller.status()));
+    reactor->Finish(record.End(caller.status()));
     return reactor;
   }
-  order.executor->Post([reactor, caller = *std::move(caller), call = std::move(call)] {
-    reactor->Finish(ToGrpc(call(caller)));
+  order.executor->Post([reactor, record, caller = *std::move(caller), call = std::move(call)] {
+    reactor->Finish(record.End(call(caller)));
   });
   return reactor;
 }
@@ -86,7 +87,7 @@ grpc::ServerUnaryReactor* MeshingService::SubmitJob(grpc::CallbackServerContext*
                                                     const amhex::v1::SubmitJobRequest* request,
                                                     amhex::v1::SubmitJobResponse* response) {
   BlockingExecutor* const executor = request->validate_only() ? &estimate_executor_ : executor_;
-  return Answer(context, {executor, {Role::kSubmit}},
+  return Answer(context, {"amhex.v1.Mesher/SubmitJob", executor, {Role::kSubmit}},
                 [this, context, request, response](const Caller& caller) {
                   return Submit(caller, *context, *request, response);
                 });
@@ -95,7 +96,7 @@ grpc::ServerUnaryReactor* MeshingService::SubmitJob(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* context,
                                                  const amhex::v1::GetJobRequest* request,
                                                  Job* response) {
-  return Answer(context, {executor_, {Role::kRead, Role::kReadAll}},
+  return Answer(context, {"amhex.v1.Mesher/GetJob", executor_, {Role::kRead, Role::kReadAll}},
                 [this, request, response](const Caller& caller) -> absl::Status {
                   AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
                   AMHEX_ASSIGN_OR_RETURN(*response, manager_->Get(caller, id));
@@ -106,7 +107,7 @@ grpc::ServerUnaryReactor* MeshingService::GetJob(grpc::CallbackServerContext* co
 grpc::ServerUnaryReactor* MeshingService::ListJobs(grpc::CallbackServerContext* context,
                                                    const amhex::v1::ListJobsRequest* request,
                                                    amhex::v1::ListJobsResponse* response) {
-  return Answer(context, {executor_, {Role::kRead, Role::kReadAll}},
+  return Answer(context, {"amhex.v1.Mesher/ListJobs", executor_, {Role::kRead, Role::kReadAll}},
                 [this, request, response](const Caller& caller) -> absl::Status {
                   AMHEX_ASSIGN_OR_RETURN(const JobQuery query,
                                          CheckList(*request, manager_->options().limits));
@@ -128,7 +129,7 @@ grpc::ServerWriteReactor<amhex::v1::WatchJobResponse>* MeshingService::WatchJob(
 grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::CancelJobRequest* request,
                                                     Job* response) {
-  return Answer(context, {executor_, {Role::kSubmit}},
+  return Answer(context, {"amhex.v1.Mesher/CancelJob", executor_, {Role::kSubmit}},
                 [this, request, response](const Caller& caller) -> absl::Status {
                   AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
                   AMHEX_ASSIGN_OR_RETURN(*response, manager_->Cancel(caller, id));
@@ -139,7 +140,7 @@ grpc::ServerUnaryReactor* MeshingService::CancelJob(grpc::CallbackServerContext*
 grpc::ServerUnaryReactor* MeshingService::DeleteJob(grpc::CallbackServerContext* context,
                                                     const amhex::v1::DeleteJobRequest* request,
                                                     google::protobuf::Empty*) {
-  return Answer(context, {executor_, {Role::kSubmit}},
+  return Answer(context, {"amhex.v1.Mesher/DeleteJob", executor_, {Role::kSubmit}},
                 [this, request](const Caller& caller) -> absl::Status {
                   AMHEX_ASSIGN_OR_RETURN(const std::string id, CheckJobName(request->name()));
                   return manager_->Delete(caller, id);
@@ -162,22 +163,24 @@ grpc::ServerBidiReactor<amhex::v1::MeshRequest, amhex::v1::MeshResponse>* Meshin
 grpc::ServerUnaryReactor* MeshingService::GetCapabilities(grpc::CallbackServerContext* context,
                                                           const amhex::v1::GetCapabilitiesRequest*,
                                                           amhex::v1::Capabilities* response) {
-  return Answer(context, {executor_, {Role::kRead, Role::kSubmit, Role::kReadAll}},
-                [this, response](const Caller&) -> absl::Status {
-                  const amhex::worker::Hello hello = pool_->hello();
-                  response->set_server_version(kServerVersion);
-                  response->set_engine_version(hello.engine_version());
-                  response->add_api_versions("amhex.v1");
-                  *response->mutable_limits() = ToProto(manager_->options().limits);
-                  *response->mutable_backends() = hello.backends();
-                  response->add_input_encodings(amhex::v1::INPUT_ENCODING_DRACO);
-                  response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
-                  response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
-                  response->set_worker_count(pool_->ready_count());
-                  response->set_quarantined_worker_count(pool_->quarantined_count());
-                  response->set_draining(manager_->draining());
-                  return absl::OkStatus();
-                });
+  return Answer(
+      context,
+      {"amhex.v1.Mesher/GetCapabilities", executor_, {Role::kRead, Role::kSubmit, Role::kReadAll}},
+      [this, response](const Caller&) -> absl::Status {
+        const amhex::worker::Hello hello = pool_->hello();
+        response->set_server_version(kServerVersion);
+        response->set_engine_version(hello.engine_version());
+        response->add_api_versions("amhex.v1");
+        *response->mutable_limits() = ToProto(manager_->options().limits);
+        *response->mutable_backends() = hello.backends();
+        response->add_input_encodings(amhex::v1::INPUT_ENCODING_DRACO);
+        response->add_input_encodings(amhex::v1::INPUT_ENCODING_ARRAYS);
+        response->add_mesh_encodings(amhex::v1::MESH_ENCODING_ARRAYS);
+        response->set_worker_count(pool_->ready_count());
+        response->set_quarantined_worker_count(pool_->quarantined_count());
+        response->set_draining(manager_->draining());
+        return absl::OkStatus();
+      });
 }
 
 }  // namespace amhex::server

@@ -55,6 +55,7 @@ class MeshingService final : public amhex::v1::Mesher::CallbackService {
  private:
   // Identifies the caller, runs `call` for it on an executor, and finishes with its status.
   struct Order {
+    const char* method;  // as in CallRecord
     BlockingExecutor* executor;
     std::initializer_list<Role> roles;
   };

@@ -19,6 +19,10 @@ const Buckets& SecondsBuckets() {
   return buckets;
 }
 
+// By the least number of cells.
+constexpr std::pair<int64_t, const char*> kSizeClasses[] = {
+    {1, "to_1e3"}, {1'001, "to_1e4"}, {10'001, "to_1e5"}, {100'001, "to_1e6"}, {1'000'001, "more"}};
+
 Family<Counter>& CounterFamily(Registry& registry, const char* name, const char* help) {
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
 }
@@ -49,6 +53,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
     : jobs_submitted(OneCounter(*registry, "amhex_jobs_submitted_total", "Jobs accepted.")),
       lease_expired(OneCounter(*registry, "amhex_lease_expired_total",
                                "Attempts whose lease ended without news.")),
+      device_faults(OneCounter(*registry, "amhex_device_faults_total",
+                               "Workers that ended because they had lost their device.")),
       queue_oldest_age_seconds(
           OneGauge(*registry, "amhex_queue_oldest_age_seconds", "Age of the oldest queued job.")),
       queue_cost_seconds(OneGauge(*registry, "amhex_queue_cost_seconds",
@@ -56,6 +62,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
       watchers(OneGauge(*registry, "amhex_watchers", "Streams that watch a job.")),
       blob_store_bytes(
           OneGauge(*registry, "amhex_blob_store_bytes", "Bytes of all complete blobs.")),
+      memory_reserved_bytes(OneGauge(*registry, "amhex_memory_reserved_bytes",
+                                     "Memory set aside for the running jobs.")),
       workers_ready(OneGauge(*registry, "amhex_workers_ready", "Workers that can take jobs.")),
       workers_quarantined(OneGauge(*registry, "amhex_workers_quarantined",
                                    "Workers that keep failing the trial job.")),
@@ -64,14 +72,15 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
       queue_wait_seconds(OneHistogram(*registry, "amhex_queue_wait_seconds",
                                       "Time from submission to the first attempt.",
                                       SecondsBuckets())),
-      job_duration_seconds(OneHistogram(*registry, "amhex_job_duration_seconds",
-                                        "Time of the last attempt of finished jobs.",
-                                        SecondsBuckets())),
       attempts(OneHistogram(*registry, "amhex_attempts", "Attempts of finished jobs.",
                             {1, 2, 3, 4, 5, 10})),
       cancel_latency_seconds(OneHistogram(*registry, "amhex_cancel_latency_seconds",
                                           "Time from the wish to cancel to the free worker.",
                                           SecondsBuckets())),
+      memory_estimate_ratio(
+          OneHistogram(*registry, "amhex_memory_estimate_ratio",
+                       "Memory set aside for succeeded jobs, over the most their worker has taken.",
+                       {0.25, 0.5, 0.75, 1, 1.5, 2, 4, 8, 16})),
       cells(OneHistogram(*registry, "amhex_cells", "Cells of finished meshes.",
                          {100, 1e3, 1e4, 1e5, 1e6, 1e7})),
       hexahedra_ratio(OneHistogram(*registry, "amhex_hexahedra_ratio",
@@ -96,8 +105,12 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
                        .Name("amhex_jobs")
                        .Help("Jobs remembered, by state.")
                        .Register(*registry)),
+      job_family_(HistogramFamily(*registry, "amhex_job_duration_seconds",
+                                  "Time of the last attempt of finished jobs, by their cells.")),
       stage_family_(
-          HistogramFamily(*registry, "amhex_stage_duration_seconds", "Time of finished stages.")) {
+          HistogramFamily(*registry, "amhex_stage_duration_seconds", "Time of finished stages.")),
+      call_family_(HistogramFamily(*registry, "grpc_server_call_duration_seconds",
+                                   "Time of calls, streams from their beginning to their end.")) {
   prometheus::BuildGauge()
       .Name("amhex_build_info")
       .Help("Always 1; the label tells the version.")
@@ -132,6 +145,16 @@ Gauge& Metrics::JobsInState(const std::string& state) {
 }
 Histogram& Metrics::StageDuration(const std::string& stage) {
   return stage_family_.Add({{"stage", stage}}, SecondsBuckets());
+}
+Histogram& Metrics::JobDuration(int64_t cell_count) {
+  const char* size_class = "unknown";
+  for (const auto& [least, name] : kSizeClasses) {
+    if (cell_count >= least) size_class = name;
+  }
+  return job_family_.Add({{"size_class", size_class}}, SecondsBuckets());
+}
+Histogram& Metrics::CallDuration(const std::string& method, const std::string& status) {
+  return call_family_.Add({{"method", method}, {"status", status}}, SecondsBuckets());
 }
 
 }  // namespace amhex::server

@@ -7,6 +7,7 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -29,6 +30,7 @@ class Metrics {
   prometheus::Counter& WorkerRestarts(const std::string& cause);
   prometheus::Counter& ResultCache(const std::string& result);  // hit, miss
   prometheus::Counter& lease_expired;
+  prometheus::Counter& device_faults;
 
   // Gauges.
   prometheus::Gauge& JobsInState(const std::string& state);
@@ -36,18 +38,23 @@ class Metrics {
   prometheus::Gauge& queue_cost_seconds;
   prometheus::Gauge& watchers;
   prometheus::Gauge& blob_store_bytes;
+  prometheus::Gauge& memory_reserved_bytes;
   prometheus::Gauge& workers_ready;
   prometheus::Gauge& workers_quarantined;
   prometheus::Gauge& store_up;
 
   // Histograms.
   prometheus::Histogram& queue_wait_seconds;
-  prometheus::Histogram& job_duration_seconds;
+  // By the cells of the mesh; of failed jobs, too, whose size is not known.
+  prometheus::Histogram& JobDuration(int64_t cell_count);
   prometheus::Histogram& attempts;
   prometheus::Histogram& cancel_latency_seconds;
+  prometheus::Histogram& memory_estimate_ratio;
   prometheus::Histogram& cells;
   prometheus::Histogram& hexahedra_ratio;
   prometheus::Histogram& StageDuration(const std::string& stage);
+  // `method` as in amhex.v1.Mesher/GetJob, `status` as in NOT_FOUND.
+  prometheus::Histogram& CallDuration(const std::string& method, const std::string& status);
 
  private:
   Metrics(const std::string& version, std::shared_ptr<prometheus::Registry> registry);
@@ -61,7 +68,9 @@ class Metrics {
   prometheus::Family<prometheus::Counter>& restarts_family_;
   prometheus::Family<prometheus::Counter>& result_cache_family_;
   prometheus::Family<prometheus::Gauge>& jobs_family_;
+  prometheus::Family<prometheus::Histogram>& job_family_;
   prometheus::Family<prometheus::Histogram>& stage_family_;
+  prometheus::Family<prometheus::Histogram>& call_family_;
 };
 
 }  // namespace amhex::server

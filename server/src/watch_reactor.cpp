@@ -2,14 +2,15 @@
 
 #include <utility>
 
-#include "grpc_status.h"
 #include "request_checks.h"
 
 namespace amhex::server {
 
 WatchReactor::WatchReactor(absl::StatusOr<Caller> caller, const amhex::v1::WatchJobRequest& request,
                            JobManager* manager, BlockingExecutor* executor)
-    : manager_(manager), waker_(std::make_shared<FeedWaker>([this] { Pump(); })) {
+    : manager_(manager),
+      record_(&manager->metrics(), "amhex.v1.Mesher/WatchJob"),
+      waker_(std::make_shared<FeedWaker>([this] { Pump(); })) {
   // gRPC keeps the call open until Finish, so the reactor outlives this task.
   executor->Post([this, caller = std::move(caller), request] { Open(caller, request); });
 }
@@ -64,7 +65,7 @@ void WatchReactor::End(const absl::Status& status) {
     if (finished_) return;
     finished_ = true;
   }
-  Finish(ToGrpc(status));
+  Finish(record_.End(status));
 }
 
 void WatchReactor::OnWriteDone(bool ok) {

@@ -8,6 +8,7 @@
 
 #include "amhex/v1/meshing_service.pb.h"
 #include "blocking_executor.h"
+#include "call_record.h"
 #include "feed_waker.h"
 #include "job_manager.h"
 
@@ -30,6 +31,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<amhex::v1::WatchJobRe
   void End(const absl::Status& status);
 
   JobManager* const manager_;
+  const CallRecord record_;
   std::shared_ptr<FeedWaker> waker_;
   std::mutex mutex_;
   std::unique_ptr<FeedReader> reader_;

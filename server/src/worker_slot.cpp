@@ -150,6 +150,12 @@ bool WorkerSlot::EnsureProcess() {
   return true;
 }
 
+void WorkerSlot::NoteDeviceLoss(const WorkerExit& exit) {
+  if (exit.exit_code != kDeviceLostExitCode) return;
+  device_lost_ = true;
+  manager_->metrics().device_faults.Increment();
+}
+
 // An idle worker has nothing to say; if its socket speaks, it has died.
 void WorkerSlot::CheckIdleProcess() {
   FromWorker news;
@@ -159,7 +165,7 @@ void WorkerSlot::CheckIdleProcess() {
   const WorkerExit exit = process_->Wait();
   LogWarning("worker_died_idle", {{"worker", name_}, {"how", exit.Description()}});
   ++failed_starts_;
-  device_lost_ = device_lost_ || exit.exit_code == kDeviceLostExitCode;
+  NoteDeviceLoss(exit);
   LoseProcess("idle_death");
 }
 
@@ -340,7 +346,7 @@ void WorkerSlot::HandleDeath(Run* run) {
       break;
     case StopCause::kNone:
       ++deaths_in_jobs_;
-      device_lost_ = exit.exit_code == kDeviceLostExitCode;
+      NoteDeviceLoss(exit);
       if (run->stage == amhex::v1::STAGE_DECODE_INPUT && IsCrashSignal(exit.signal)) {
         manager_->Fail(*run->attempt,
                        MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,

@@ -52,6 +52,7 @@ class WorkerSlot {
   bool NeedsProbe() const;
   void SetQuarantined(bool quarantined);
   void CheckIdleProcess();
+  void NoteDeviceLoss(const WorkerExit& exit);
   void RunAttempt(std::shared_ptr<Attempt> attempt);
   bool SendOrder(const Attempt& attempt);
   void WaitForNews(Run* run);

@@ -32,7 +32,7 @@ def declared_metrics():
 
 
 def metrics_in(expression):
-    return {re.sub("_(bucket|sum|count)$", "", name) for name in re.findall(r"\bamhex_[a-z_]+", expression)}
+    return {re.sub("_(bucket|sum|count)$", "", name) for name in re.findall(r"\b(?:amhex|grpc_server)_[a-z_]+", expression)}
 
 
 def run(*command):

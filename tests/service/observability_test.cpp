@@ -14,6 +14,7 @@
 #include <set>
 #include <sstream>
 
+#include "amhex/v1/blob_service.grpc.pb.h"
 #include "daemon_fixture.h"
 #include "files.h"
 #include "google/protobuf/struct.pb.h"
@@ -141,7 +142,7 @@ std::map<std::string, Family> FamiliesOf(const std::string& page) {
 }
 
 void ExpectGoodName(const std::string& name, const Family& family) {
-  static const std::regex kName("amhex_[a-z]+(_[a-z]+)*");
+  static const std::regex kName("(amhex|grpc_server)_[a-z]+(_[a-z]+)*");
   EXPECT_TRUE(std::regex_match(name, kName)) << name;
   EXPECT_FALSE(family.help.empty()) << name;
   const bool is_total = name.size() > 6 && name.substr(name.size() - 6) == "_total";
@@ -154,9 +155,10 @@ void ExpectGoodName(const std::string& name, const Family& family) {
 }
 
 void ExpectGoodSamples(const std::string& name, const Family& family) {
-  static const std::set<std::string> kLabels = {"state", "reason", "type",  "outcome", "dir",
-                                                "cause", "result", "stage", "version", "le"};
-  static const std::regex kLabel("([a-z]+)=\"([^\"]*)\"");
+  static const std::set<std::string> kLabels = {
+      "state", "reason",  "type",   "outcome", "dir",        "cause", "result",
+      "stage", "version", "method", "status",  "size_class", "le"};
+  static const std::regex kLabel("([a-z_]+)=\"([^\"]*)\"");
   static const std::regex kId("[0-9a-f]{8}-[0-9a-f]{4}-|jobs/|[0-9a-f]{32}");
   for (const std::string& sample : family.samples) {
     EXPECT_FALSE(std::regex_search(sample, kId)) << sample;
@@ -171,6 +173,67 @@ void ExpectGoodSamples(const std::string& name, const Family& family) {
   };
   EXPECT_TRUE(std::any_of(family.samples.begin(), family.samples.end(), ends_with_infinity))
       << name;
+}
+
+// How many observations a histogram has, for one set of labels as they stand on the page.
+int CountOf(const std::string& page, const std::string& name, const std::string& labels) {
+  const std::string line = "\n" + name + "_count" + labels + " ";
+  const size_t found = page.find(line);
+  return found == std::string::npos ? 0 : std::atoi(page.c_str() + found + line.size());
+}
+
+TEST_F(ObservabilityTest, EveryCallIsCountedByMethodAndStatus) {
+  Start();
+  const std::string name = Submit("progress 1; succeed mesh;");
+  ASSERT_TRUE(Reaches(name, Job::SUCCEEDED));
+  for (const std::string& watched : {name, std::string("jobs/1")}) {
+    grpc::ClientContext context;
+    amhex::v1::WatchJobRequest request;
+    request.set_name(watched);
+    const auto stream = mesher().WatchJob(&context, request);
+    for (amhex::v1::WatchJobResponse frame; stream->Read(&frame);) {
+    }
+    stream->Finish();
+  }
+  const auto blobs = amhex::v1::Blobs::NewStub(channel());
+  const auto read = [&](const amhex::v1::BlobRef& blob) {
+    grpc::ClientContext context;
+    amhex::v1::ReadBlobRequest request;
+    *request.mutable_blob() = blob;
+    const auto stream = blobs->ReadBlob(&context, request);
+    for (amhex::v1::ReadBlobResponse chunk; stream->Read(&chunk);) {
+    }
+    stream->Finish();
+  };
+  read(Get(name).result().mesh());
+  amhex::v1::BlobRef absent;
+  absent.set_sha256(std::string(64, 'a'));
+  read(absent);
+  grpc::ClientContext query_context, find_context, write_context, mesh_context;
+  amhex::v1::QueryWriteStatusResponse status;
+  blobs->QueryWriteStatus(&query_context, {}, &status);
+  amhex::v1::FindMissingBlobsResponse missing;
+  blobs->FindMissingBlobs(&find_context, {}, &missing);
+  amhex::v1::WriteBlobResponse written;
+  const auto writer = blobs->WriteBlob(&write_context, &written);
+  writer->WritesDone();
+  writer->Finish();
+  const auto mesh = mesher().Mesh(&mesh_context);
+  mesh->WritesDone();
+  mesh->Finish();
+  const auto counted = [this](const std::string& method, const std::string& code) {
+    return CountOf(MetricsPage(), "grpc_server_call_duration_seconds",
+                   "{method=\"amhex.v1." + method + "\",status=\"" + code + "\"}");
+  };
+  EXPECT_EQ(counted("Mesher/SubmitJob", "OK"), 1);
+  EXPECT_GE(counted("Mesher/GetJob", "OK"), 1);
+  EXPECT_EQ(counted("Mesher/WatchJob", "OK"), 1);
+  EXPECT_EQ(counted("Blobs/ReadBlob", "OK"), 1);
+  EXPECT_EQ(counted("Blobs/ReadBlob", "NOT_FOUND"), 1);
+  for (const char* method : {"Mesher/WatchJob", "Mesher/Mesh", "Blobs/WriteBlob",
+                             "Blobs/QueryWriteStatus", "Blobs/FindMissingBlobs"}) {
+    EXPECT_EQ(counted(method, "INVALID_ARGUMENT"), 1) << method;
+  }
 }
 
 TEST_F(ObservabilityTest, MetricsKeepTheRulesOfPrometheus) {

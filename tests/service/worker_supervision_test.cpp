@@ -132,8 +132,10 @@ TEST_F(AdmissionTest, SmallJobsShareTheMemoryAndLargeOnesWaitForIt) {
   const auto small = SubmitSized("succeed mesh;", 10);
   EXPECT_EQ(Finished(IdOf(small)).state(), Job::SUCCEEDED);
   EXPECT_EQ(Get(IdOf(large)).state(), Job::QUEUED);
+  EXPECT_TRUE(Eventually([&] { return metrics_->memory_reserved_bytes.Value() == 80; }));
   std::ofstream(go) << "x";
   EXPECT_EQ(Finished(IdOf(large)).state(), Job::SUCCEEDED);
+  EXPECT_TRUE(Eventually([&] { return metrics_->memory_reserved_bytes.Value() == 0; }));
 }
 
 TEST_F(AdmissionTest, MetricTellsWhatTheQueueIsExpectedToCost) {
