@@ -28,22 +28,29 @@ constexpr double kSitesPerWantedCell = 0.985;
 // Cells that each trial asks for, as shares of the wanted number: whether a lattice fits between
 // the sides of a solid is a matter of a few percent. The background grid's own density turns the
 // lattice's singularities over as well; trials in a row that have it in common share its fields.
+//
+// Layers that follow the hull firmly have fewer dislocations, but between sides that are not
+// parallel their cells become thin towards the edge: there some layers should end. So grids differ
+// in this, too.
 struct TrialDensity {
   double grid;
   double sites;
+  double hull_edge_weight;  // of LatticeSettings
 };
-constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0},
-                                                                   {1.0, 1.03},
-                                                                   {1.0, 0.97},
-                                                                   {1.06, 1.06},
-                                                                   {1.06, 1.03},
-                                                                   {0.94, 0.94},
-                                                                   {0.94, 0.97},
-                                                                   {1.03, 1.03},
-                                                                   {1.03, 1.015},
-                                                                   {0.91, 0.91},
-                                                                   {0.97, 0.97},
-                                                                   {0.97, 0.985}}};
+constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
+constexpr double kLightly = 30;
+constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kFirmly},
+                                                                   {1.0, 1.03, kFirmly},
+                                                                   {1.0, 0.97, kFirmly},
+                                                                   {1.06, 1.06, kLightly},
+                                                                   {1.06, 1.03, kLightly},
+                                                                   {0.94, 0.94, kLightly},
+                                                                   {0.94, 0.97, kLightly},
+                                                                   {1.03, 1.03, kLightly},
+                                                                   {1.03, 1.015, kLightly},
+                                                                   {0.91, 0.91, kFirmly},
+                                                                   {0.97, 0.97, kFirmly},
+                                                                   {0.97, 0.985, kFirmly}}};
 
 // Ends of the steps on the stage's progress bar, by their measured cost.
 constexpr double kGridDone = 0.35;  // of the fields
@@ -60,14 +67,15 @@ struct Fields {
   DeviceUse* device = nullptr;  // where to solve; null = on the CPU
 };
 
-// With as many nodes per cell as ever, where `density` cells lie in a cubic edge length.
-absl::StatusOr<Fields> SolveFields(const Hull& hull, const HullSamples& samples, double density,
-                                   DeviceUse* device, const fields::ProgressSlice& slice) {
+// With as many nodes per cell as ever, where `trial.grid` cells lie in a cubic edge length.
+absl::StatusOr<Fields> SolveFields(const Hull& hull, const HullSamples& samples,
+                                   const TrialDensity& trial, DeviceUse* device,
+                                   const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
   Fields result;
   result.device = device;
-  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(density);
+  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(trial.grid);
   AMHEX_ASSIGN_OR_RETURN(result.grid,
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
   OrientationSettings orientation_settings;
@@ -83,7 +91,8 @@ absl::StatusOr<Fields> SolveFields(const Hull& hull, const HullSamples& samples,
                          SolveSizeField(result.grid, frames, result.codes, size_settings,
                                         slice.Part(kOrientationDone, kSizeDone)));
   LatticeSettings lattice_settings;
-  lattice_settings.density = kSitesPerWantedCell * density;
+  lattice_settings.density = kSitesPerWantedCell * trial.grid;
+  lattice_settings.hull_edge_weight = trial.hull_edge_weight;
   lattice_settings.device = device;
   AMHEX_ASSIGN_OR_RETURN(result.form, SolveLatticeForm(result.grid, frames, sizes, result.codes,
                                                        lattice_settings, slice.Part(kSizeDone, 1)));
@@ -140,7 +149,7 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
     if (trial == 0 || density.grid != kTrialDensities[static_cast<size_t>(trial - 1)].grid) {
       solved.reset();  // before the next takes memory
       AMHEX_ASSIGN_OR_RETURN(
-          solved, SolveFields(hull, samples, density.grid, device, slice.Part(0, kLatticeDone)));
+          solved, SolveFields(hull, samples, density, device, slice.Part(0, kLatticeDone)));
     }
     absl::StatusOr<Sites> sites =
         SitesOfTrial(hull, *solved, density.sites / density.grid, slice.Part(kLatticeDone, 1));

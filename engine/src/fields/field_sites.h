@@ -17,9 +17,10 @@ inline constexpr int kMaxTrials = 12;
 
 // One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
 // size field, a closed lattice form and a phase field on a background grid of spacing h / 2 (h = 1
-// in the normalised frame). The trials differ in density, within 9 % of what was asked for; the
-// first has exactly that. All sites lie inside; sizes are the wanted cell extents along the frames'
-// axes; links name the faces to glue.
+// in the normalised frame). The trials differ in density, within 9 % of what was asked for, and in
+// how firmly their layers follow the hull; the first has exactly the density asked for. All sites
+// lie inside; sizes are the wanted cell extents along the frames' axes; links name the faces to
+// glue.
 //
 // Errors: INVALID_ARGUMENT when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
 // the grid would be too large, CANCELLED, DEADLINE_EXCEEDED. About 0.6 KB and 60 us per node (one

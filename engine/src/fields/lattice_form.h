@@ -12,12 +12,14 @@
 namespace amhex::fields {
 
 struct LatticeSettings {
-  double closure_weight = 300;  // K of the curl against the corrections
-  // Of the corrections along the hull (hull_edges.h) against the others'. Measured: from 0 to 30
-  // the open faces fall by a tenth to a half; more gives nothing.
-  double hull_edge_weight = 30;
-  int max_iterations = 300;
-  double tolerance = 1e-3;
+  // K of the curl against the corrections. Curl that is spread over more than about sqrt(K) nodes
+  // stays, and a whole unit of it around a part of the solid is one dislocation there.
+  double closure_weight = 3000;
+  // Of the corrections along the hull (hull_edges.h) against the others': what layers drift against
+  // the hull ends in dislocations as well.
+  double hull_edge_weight = 300;
+  int max_iterations = 1000;
+  double tolerance = 3e-4;
   double density = 1.0;         // wanted cells per edge length cubed
   DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
 };

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include "fields/hull_edges.h"
 #include "fixtures/solids.h"
 #include "unit/fields/field_fixtures.h"
@@ -29,6 +33,84 @@ TEST(LatticeForm, ClosesAroundEverySquareWithoutASingularity) {
   EXPECT_GT(singular, 0);  // no frame field of a ball is without them
   // One grid step is about half a cell; a hundredth of that is far below any rounding of phases.
   EXPECT_LT(std::sqrt(sum / static_cast<double>(squares)), 0.005);
+}
+
+// Cells gained once around a square of `side` grid squares from `node` on; nothing where one of
+// them is missing or singular. The curl of every square is carried to the first node.
+std::optional<Vec3f> CirculationAround(const SolvedFields& fields, int64_t node, int d, int side) {
+  const GridLevel& level = fields.grid.fine();
+  const ForwardCodes& codes = fields.codes;
+  const int e = (d + 1) % 3;
+  Vec3f sum;
+  AxisRotation to_row;
+  for (int64_t row = node, y = 0; y < side; ++y) {
+    AxisRotation to_square = to_row;
+    for (int64_t at = row, x = 0; x < side; ++x) {
+      if (!IsRegularSquare(level, codes, at, d)) return std::nullopt;
+      sum += to_square.Apply(CurlAround(level, codes, fields.form.increments, at, d));
+      to_square = Compose(to_square, kAxisRotations[codes[at][d]]);
+      at = level.neighbours[at][d];
+    }
+    to_row = Compose(to_row, kAxisRotations[codes[row][e]]);
+    row = level.neighbours[row][e];
+  }
+  return sum;
+}
+
+TEST(LatticeForm, GainsNoCellAroundSquaresOfManyNodes) {
+  const SolvedFields fields(fixtures::MakeSphere(6, 0.5));
+  ASSERT_TRUE(fields.ok);
+  constexpr int kSide = 8;
+  double sum = 0, most = 0;
+  int64_t squares = 0;
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    for (int d = 0; d < 3; ++d) {
+      const std::optional<Vec3f> gained = CirculationAround(fields, i, d, kSide);
+      if (!gained.has_value()) continue;
+      sum += SquaredNorm(*gained);
+      most = std::max(most, static_cast<double>(Norm(*gained)));
+      ++squares;
+    }
+  }
+  ASSERT_GT(squares, 1000);
+  // Half a cell would round to a dislocation, and the whole solid is three times as wide.
+  EXPECT_LT(most, 0.02);
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(squares)), 0.005);
+}
+
+// Mean square of what the increments along the hull differ from the hull's own rise.
+double MissOfTheHull(const SolvedFields& fields, double hull_edge_weight) {
+  LatticeSettings settings;
+  settings.hull_edge_weight = hull_edge_weight;
+  RunContext run;
+  const auto form = SolveLatticeForm(fields.grid, fields.frames, fields.sizes, fields.codes,
+                                     settings, ProgressSlice(run, 0, 1));
+  if (!form.ok()) return -1;
+  Increments rises(fields.grid.count());
+  const auto follows =
+      FollowHull({fields.grid, form->frames, form->sizes, fields.codes}, run, &rises);
+  double sum = 0;
+  int64_t count = 0;
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    for (int bit = 0; bit < 9; ++bit) {
+      const int d = bit / 3, a = bit % 3;
+      if (!Follows(follows, i, d, a)) continue;
+      const double miss = form->increments[i][d][a] - rises[i][d][a];
+      sum += miss * miss;
+      ++count;
+    }
+  }
+  return count == 0 ? -1 : sum / static_cast<double>(count);
+}
+
+TEST(LatticeForm, DriftsLessAgainstTheHullTheMoreThatWeighs) {
+  const SolvedFields fields(fixtures::MakeSphere(6, 0.5));
+  ASSERT_TRUE(fields.ok);
+  const double never = MissOfTheHull(fields, 1), lightly = MissOfTheHull(fields, 30),
+               firmly = MissOfTheHull(fields, 300);
+  ASSERT_GT(firmly, 0);
+  EXPECT_LT(firmly, lightly);
+  EXPECT_LT(lightly, never);
 }
 
 TEST(LatticeForm, CountsHalfACellPerStepInABox) {
