@@ -46,6 +46,9 @@ constexpr int kLeastClosed = 2;  // where several are started
 constexpr int64_t kMostOpenFacesClosed = 600;
 constexpr int64_t kMostOthersPlaced = 600;
 
+// Of so many trials the better one is taken where the first keeps a poor cell.
+constexpr size_t kLeastChoice = 2;
+
 // Less loss than this ends the search among the placed ones.
 constexpr double kGoodLoss = 0.02;
 // Below this minimum, each tenth counts as much as five hundredths of the average.
@@ -124,8 +127,9 @@ struct PlacedCandidate {
   double loss = 0;
 };
 
-// Of the closed trials, best first, those that are worth placing, least loss first.
-absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial> closed,
+// Of the closed trials, best first, those that are worth placing, least loss first. They are the
+// first of `closed`, and taken from there.
+absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial>& closed,
                                                              const Improvement& with,
                                                              RunContext& run) {
   std::vector<PlacedCandidate> placed;
@@ -296,17 +300,23 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
     AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
     const HullFeatures features(hull, StopPoll(run));
     const Improvement with{hull, features, params, &device};
-    AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed,
-                           PlaceCandidates(std::move(closed), with, run));
+    AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed, PlaceCandidates(closed, with, run));
+    // Where a poor cell remains and nothing was placed beside it, the next one has its turn.
+    const size_t most_placed = std::max(placed.size(), std::min(closed.size(), kLeastChoice));
     std::optional<CellComplex> best;
     double least = 0;
-    for (PlacedCandidate& candidate : placed) {
+    for (size_t i = 0; i < most_placed; ++i) {
+      if (i == placed.size()) {
+        AMHEX_ASSIGN_OR_RETURN(CellComplex next,
+                               ImproveMesh(std::move(closed[i].complex), with, run));
+        placed.push_back({closed[i].assembly, std::move(next)});
+      }
       AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
-                             RefillUntilValid(assemblies[candidate.assembly],
-                                              std::move(candidate.complex), with, run));
+                             RefillUntilValid(assemblies[placed[i].assembly],
+                                              std::move(placed[i].complex), with, run));
       const bool is_good =
           SummarizeQuality(refilled, StopPoll(run)).minimum >= params.assembly.min_quality;
-      if (!best.has_value() && (is_good || placed.size() == 1)) {
+      if (!best.has_value() && (is_good || most_placed == 1)) {
         best = std::move(refilled);
         break;
       }

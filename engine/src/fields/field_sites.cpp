@@ -41,7 +41,7 @@ constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
 constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kFirmly},
                                                                    {1.0, 1.03, kFirmly},
-                                                                   {1.0, 0.97, kFirmly},
+                                                                   {1.0, 0.97, kLightly},
                                                                    {1.06, 1.06, kLightly},
                                                                    {1.06, 1.03, kLightly},
                                                                    {0.94, 0.94, kLightly},
