@@ -10,28 +10,30 @@
 
 namespace amhex {
 
-absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull, const StopPoll& poll) {
-  return JudgeReassembled(std::move(mesh), hull, OverlapReport(), poll);
+absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull, const StopPoll& poll,
+                                    DeviceUse* device) {
+  return JudgeReassembled(std::move(mesh), hull, OverlapReport(), poll, device);
 }
 
 absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& hull,
-                                               const OverlapReport& given, const StopPoll& poll) {
+                                               const OverlapReport& given, const StopPoll& poll,
+                                               DeviceUse* device) {
   if (mesh.corners.empty()) {
     return absl::InvalidArgumentError(
         "the solid is too thin for a cell of the wanted edge length anywhere; ask for more cells");
   }
   MeshingResult result;
   result.mesh = std::move(mesh);
-  const ValidationReport report = ValidateMesh(result.mesh, poll);
+  const ValidationReport report = ValidateMesh(result.mesh, poll, device);
   const bool is_as_given = given.Any() && report.OnlyOverlaps();
   if (!report.valid() && !is_as_given) {
     return absl::InternalError(
         absl::StrCat("no valid mesh was found: ", report.Summary(), "; try another cell count"));
   }
-  result.statistics = MeasureMesh(result.mesh, hull, poll);
+  result.statistics = MeasureMesh(result.mesh, hull, poll, device);
   result.warnings = hull.warnings;
   if (result.statistics.distance_exceeds_cell) {
-    std::string missed = DescribeMissedPlaces(FindMissedPlaces(result.mesh, hull));
+    std::string missed = DescribeMissedPlaces(FindMissedPlaces(result.mesh, hull, poll, device));
     if (!missed.empty()) result.warnings.push_back(std::move(missed));
   }
   if (is_as_given) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "backends.h"
 #include "base/status_macros.h"
+#include "cuda/device_use.h"
 #include "input/build_hull.h"
 #include "input/guidance_checks.h"
 #include "input/sample_hull.h"
@@ -74,14 +75,18 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(const PlacedTrial placed,
                          PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run));
+  AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
                            ReportCells(placed.complex, run);  // the last trial need not be the best
                            const StopPoll poll(run);
-                           return Judge(FinalizeMesh(placed.complex, hull.frame, poll), hull, poll);
+                           return Judge(FinalizeMesh(placed.complex, hull.frame, poll), hull, poll,
+                                        &device);
                          }));
   result.stages = run.stage_reports();
-  std::vector<std::string> notes = assembled.device_notes;
+  std::vector<std::string> notes = hull.device_notes;
+  notes.insert(notes.end(), assembled.device_notes.begin(), assembled.device_notes.end());
   notes.insert(notes.end(), placed.device_notes.begin(), placed.device_notes.end());
+  notes.insert(notes.end(), device.notes().begin(), device.notes().end());
   const BackendChoice settled = Settle(backend, notes);
   result.effective_params = Resolve(params, hull, settled.backend);
   result.backend_note = settled.note;

@@ -96,7 +96,9 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
                            FollowHull(std::move(refilled), with.hull, with.features, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
-    if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll).valid()) return refilled;
+    if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {
+      return refilled;
+    }
     AMHEX_ASSIGN_OR_RETURN(placed, CloseComplex(assembled, with.hull, with.params, run, attempt));
     AMHEX_ASSIGN_OR_RETURN(placed, ImproveMesh(std::move(placed), with, run));
   }
@@ -104,10 +106,12 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
 
 // Less is better. A mesh that leaves out the tip of a wedge has better cells than one that reaches
 // into it, so distances count as well.
-double LossOf(const CellComplex& placed, const Hull& hull, double good_minimum,
+double LossOf(const CellComplex& placed, const Improvement& with, double good_minimum,
               const StopPoll& poll) {
+  const Hull& hull = with.hull;
   const QualitySummary quality = SummarizeQuality(placed, poll);
-  const MeshStatistics measured = MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll);
+  const MeshStatistics measured =
+      MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll, with.device);
   const double distance = std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) *
                           hull.box.Diagonal();  // edge lengths
   return 1 - quality.average + kMinimumWeight * std::max(0.0, good_minimum - quality.minimum) +
@@ -143,7 +147,7 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     const bool is_last = i + 1 == closed.size() || others > kMostOthersPlaced;
     if (is_last && i == 0) break;  // nothing to choose from
     PlacedCandidate& newest = placed.back();
-    newest.loss = LossOf(newest.complex, with.hull, kMendableMinimum, StopPoll(run));
+    newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
     if (is_last || newest.loss < kGoodLoss) break;
   }
   std::stable_sort(
@@ -320,7 +324,7 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
         best = std::move(refilled);
         break;
       }
-      const double loss = LossOf(refilled, hull, kGoodMinimum, StopPoll(run));
+      const double loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run));
       if (!best.has_value() || loss < least) {
         best = std::move(refilled);
         least = loss;

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "amhex/mesher.h"
+#include "base/status_error.h"
 #include "cuda/device_use.h"
 #include "emulated_cuda/emulated_cuda_fixture.h"
 #include "exec/cpu_executor.h"
@@ -83,24 +85,25 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
   }
 }
 
-// Each round of the phase field has another right side, diagonal and start; the rest is there.
-TEST_F(EmulatedFields, RoundsOfThePhaseFieldUploadNumbersPerUnknownAlone) {
+// Right sides and diagonals are made where the solves are.
+TEST_F(EmulatedFields, RoundsOfThePhaseFieldCopyNothingButHowFarTheyAre) {
   using namespace fields;  // NOLINT: all that follows is from there
   PhaseSettings phase;
   phase.device = &*use_;
-  const auto uploaded = [&](int rounds) {
+  struct Copied {
+    int64_t up, down;
+  };
+  const auto copied = [&](int rounds) {
     device_->Restart();
     phase.rounds = rounds;
     EXPECT_TRUE(SolvePhaseField(solved_.grid, solved_.codes, solved_.form, phase, slice_).ok());
     EXPECT_EQ(controls().used, 0);
-    return controls().uploaded_bytes;
+    return Copied{controls().uploaded_bytes, controls().downloaded_bytes};
   };
-  const int64_t unknowns = PhaseOperator::kUnknowns * solved_.grid.count();
-  const auto of_numbers = static_cast<int64_t>(3 * sizeof(float)) * unknowns;
-  const int64_t one = uploaded(1), three = uploaded(3);
-  constexpr int64_t kCounters = 64;  // at most so many bytes of every solve
-  EXPECT_GE(three - one, 2 * of_numbers);
-  EXPECT_LE(three - one, 2 * (of_numbers + kCounters));
+  const Copied one = copied(1), three = copied(3);
+  constexpr int64_t kCounters = 64;  // at most so many bytes of every solve and iteration
+  EXPECT_LE(three.up - one.up, 2 * kCounters);
+  EXPECT_LE(three.down - one.down, 2 * phase.round_iterations * 2 * kCounters);
 }
 
 TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOnce) {
@@ -111,7 +114,7 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOn
   ASSERT_TRUE(device.ok()) << device.status();
   RunContext run;
   const auto ask = [&] {
-    const HullAsker asker(*hull->queries, &*device, run);
+    const HullAsker asker(*hull->queries, &*device, StopPoll(run));
     return asker.Ask(SideOf<PlainPoints>{{{points.data(), count}}}).status();
   };
   controls().capacity = 1;
@@ -138,6 +141,57 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForHullQueriesAsEstimatedAndTheHullOnlyOn
   EXPECT_EQ(controls().stray_frees, 0);
 }
 
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheHierarchyAsEstimatedAndGivesItBackWhenItFails) {
+  const TriangleMesh sphere = fixtures::MakeSphere(2, 0.08);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const auto build = [&]() -> absl::Status {
+    try {
+      const HullQueries queries(sphere.vertices, sphere.triangles, StopPoll(run), &*device);
+      return absl::OkStatus();
+    } catch (const StatusError& error) {
+      return error.status();
+    }
+  };
+  controls().capacity = 1;
+  const double estimate = Announced(build());
+  EXPECT_EQ(controls().uploads, 0);
+  device_->Restart();
+  ASSERT_TRUE(build().ok());
+  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+  EXPECT_EQ(controls().used, 0);
+  const int64_t calls = controls().calls;
+  for (int64_t call = 5; call < calls * 4 / 5; call += calls / 9) {  // the last ones only free
+    device_->Restart();
+    controls().failing_call = call;
+    EXPECT_EQ(build().code(), absl::StatusCode::kInternal) << "call " << call;
+    EXPECT_EQ(controls().used, 0);
+  }
+  device_->Restart();
+  run.RequestStop();
+  EXPECT_THROW(build().IgnoreError(), RunStopped);
+  EXPECT_EQ(controls().used, 0);
+  EXPECT_EQ(controls().stray_frees, 0);
+}
+
+// Who asks first finds the hull there, and nothing of it is uploaded but vertices and triangles.
+TEST_F(EmulatedSteps, AHierarchyThatWasBuiltOnTheDeviceIsThereAlready) {
+  const TriangleMesh sphere = fixtures::MakeSphere(2, 0.08);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  const HullQueries queries(sphere.vertices, sphere.triangles, {}, &*device);
+  EXPECT_EQ(controls().uploads, 2);
+  const HullAsker asker(queries, &*device, {});
+  const HullQueries on_host(sphere.vertices, sphere.triangles);
+  const HullAsker host_asker(on_host, nullptr, {});
+  const WindingAround<PlainPoints> question{PointsOf(sphere.vertices)};
+  const auto there = asker.Ask(question), here = host_asker.Ask(question);
+  ASSERT_TRUE(there.ok()) << there.status();
+  EXPECT_EQ(*here, *there);
+  EXPECT_EQ(controls().uploads, 3);
+}
+
 // However often it is asked: the same cube of many more triangles costs little more than one copy
 // of these in each form, as the hull and as patches.
 TEST_F(EmulatedSteps, JobsUploadTheirHullOnce) {
@@ -162,6 +216,28 @@ TEST_F(EmulatedSteps, JobsUploadTheirHullOnce) {
   };
   const Uploads coarse = uploads_with(0.25), fine = uploads_with(0.0625);
   EXPECT_LT(fine.job_bytes - coarse.job_bytes, 2.5 * (fine.hull_bytes - coarse.hull_bytes));
+}
+
+TEST_F(EmulatedSteps, StagesTellTheirTimeOnTheDevice) {
+  const auto on_device = [&](Backend backend) {
+    MeshingParams params;
+    params.sizing.cell_count = 216;
+    params.sizing.trial_count = 1;
+    params.run.backend = backend;
+    RunContext run;
+    const auto result = Mesh(fixtures::MakeBox({1, 1, 1}, 0.0625), params, run);
+    EXPECT_TRUE(result.ok()) << result.status();
+    std::set<Stage> stages;
+    for (const StageReport& report : run.stage_reports()) {
+      EXPECT_LE(report.device_seconds, report.wall_seconds);
+      if (report.device_seconds > 0) stages.insert(report.stage);
+    }
+    return stages;
+  };
+  EXPECT_EQ(on_device(Backend::kCuda),
+            (std::set{Stage::kCheckInput, Stage::kPopulate, Stage::kRelax, Stage::kMatchAndMerge,
+                      Stage::kPlaceVertices, Stage::kValidate}));
+  EXPECT_TRUE(on_device(Backend::kCpu).empty());
 }
 
 // A shaken grid of cells in a box, and what placing its vertices needs.

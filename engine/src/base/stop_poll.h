@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <exception>
 
+#include "absl/status/status.h"
 #include "amhex/run_context.h"
 
 namespace amhex {
@@ -23,13 +24,16 @@ class StopPoll {
 
   // Throws RunStopped if the run is to stop.
   void Now() const {
-    if (run_ != nullptr && run_->ShouldStop()) throw RunStopped();
+    if (IsToStop()) throw RunStopped();
   }
   // The same once in kPollInterval consecutive indices: for loops over items of up to some
   // microseconds each.
   void At(int64_t index) const {
     if (index % kPollInterval == 0) Now();
   }
+  // For those who do not throw: whether the run is to stop, and the status that says why.
+  bool IsToStop() const { return run_ != nullptr && run_->ShouldStop(); }
+  absl::Status Status() const { return run_ == nullptr ? absl::OkStatus() : run_->CheckStop(); }
 
  private:
   static constexpr int64_t kPollInterval = 4096;

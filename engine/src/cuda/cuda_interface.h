@@ -9,9 +9,12 @@
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
+#include "geometry/hull_face_question.h"
 #include "geometry/match_task.h"
 #include "input/hull_batch.h"
+#include "input/hull_tree_task.h"
 #include "optimize/sweep_task.h"
+#include "output/measure_cells_task.h"
 #include "relax/relaxation_task.h"
 
 namespace amhex {
@@ -31,7 +34,9 @@ using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
                  HullBatch<SideOf<PlainPoints>>*, HullBatch<SideOf<fields::CellCentres>>*,
                  HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*,
-                 SweepTask*, MatchTask*>;
+                 HullBatch<DistanceTo<PlainPoints>>*, HullBatch<ClosestTo<PlainPoints>>*,
+                 HullBatch<WindingAround<PlainPoints>>*, HullBatch<HullFacesOf>*, HullTreeTask*,
+                 SweepTask*, MatchTask*, MeasureCellsTask*>;
 
 extern "C" {
 

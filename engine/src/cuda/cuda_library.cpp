@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -15,12 +16,14 @@
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
 #include "base/status_macros.h"
+#include "cuda/device_time.h"
 
 namespace amhex {
 namespace {
 
 constexpr size_t kTextCapacity = 512;
 std::atomic<bool> is_device_lost{false};
+thread_local double device_seconds = 0;
 
 struct CudaLibrary {
   AmhexDescribeCudaFunction* describe = nullptr;
@@ -103,6 +106,8 @@ const absl::StatusOr<CudaDevice>& Device() {
 
 }  // namespace
 
+double DeviceSecondsOfThread() { return device_seconds; }
+
 bool IsDeviceLost() { return is_device_lost; }
 
 absl::StatusOr<std::string> DescribeCuda() {
@@ -115,7 +120,11 @@ int64_t CudaMemoryBytes() { return Device().ok() ? Device()->memory_bytes : 0; }
 absl::StatusOr<bool> RunOnCuda(const CudaTask& task) {
   AMHEX_ASSIGN_OR_RETURN(const CudaLibrary library, Library());
   std::array<char, kTextCapacity> text{};
-  switch (library.run(&task, text.data(), text.size())) {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  const CudaResult result = library.run(&task, text.data(), text.size());
+  device_seconds += std::chrono::duration<double>(Clock::now() - start).count();
+  switch (result) {
     case CudaResult::kDone:
       return true;
     case CudaResult::kStopped:

@@ -9,6 +9,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "cuda/cuda_interface.h"
@@ -17,7 +18,9 @@
 #include "fields/gradient_impl.h"
 #include "geometry/match_impl.h"
 #include "input/hull_batch_impl.h"
+#include "input/hull_tree_impl.h"
 #include "optimize/sweep_impl.h"
+#include "output/measure_cells_impl.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
 
@@ -117,6 +120,16 @@ CudaResult Run(HullBatch<Question>& batch) {
   return AnswerBatch(executor, batch) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
+CudaResult Run(HullTreeTask& task) {
+  RequireMemory(HullTreeBuild<CudaExecutor>::Bytes(task),
+                "building a hierarchy over " + std::to_string(task.triangles.size) + " triangles");
+  ResidentSlot built;  // outlives the executor
+  CudaExecutor executor(task.should_stop);
+  if (!HullTreeBuild<CudaExecutor>(executor, task, built).Run()) return CudaResult::kStopped;
+  *task.resident = std::move(built);
+  return CudaResult::kDone;
+}
+
 CudaResult Run(SweepTask& task) {
   RequireMemory(QualitySweeps<CudaExecutor>::Bytes(task),
                 "placing " + std::to_string(task.placement.vertices.size) + " vertices");
@@ -131,6 +144,13 @@ CudaResult Run(MatchTask& task) {
       "matching the faces of " + std::to_string(task.search.cubes.centre.size) + " cubes");
   CudaExecutor executor(task.should_stop);
   return FindCandidates(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+CudaResult Run(MeasureCellsTask& task) {
+  RequireMemory(MeasureCellsBytes<CudaExecutor>(task),
+                "measuring " + std::to_string(task.cells.corners.size) + " cells");
+  CudaExecutor executor(task.should_stop);
+  return MeasureAll(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
 // Runs `step` and turns what it throws into a result and a text.

@@ -42,6 +42,25 @@ class UploadedArrays {
     return {reinterpret_cast<const T*>(buffer.View().data), host.size};
   }
 
+  // An array without contents, to be written by whoever holds the view; there for all executors.
+  template <class T>
+  ArrayView<T> AddArray(int64_t count) {
+    const int64_t bytes = count * static_cast<int64_t>(sizeof(T));
+    Buffer<E, uint8_t>& buffer = buffers_.emplace_back(executor_.template Alloc<uint8_t>(bytes));
+    executor_.Synchronize();
+    return {reinterpret_cast<T*>(buffer.View().data), count};
+  }
+
+  // From one of these arrays, which nobody is writing.
+  template <class T>
+  void CopyOut(ArrayView<const T> array, T* host) {
+    for (const Buffer<E, uint8_t>& buffer : buffers_) {
+      if (buffer.View().data != reinterpret_cast<const uint8_t*>(array.data)) continue;
+      executor_.CopyOut(buffer, buffer.size(), reinterpret_cast<uint8_t*>(host));
+      return;
+    }
+  }
+
   // Memory of the copies.
   template <class Views>
   static int64_t Bytes(Views views) {

@@ -37,7 +37,7 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spac
     grid.origin[axis] = (hull.box.low[axis] + hull.box.high[axis] - cells * grid.spacing) / 2;
   }
   const RunContext& run = slice.run();
-  const HullAsker asker(*hull.queries, device, run);
+  const HullAsker asker(*hull.queries, device, StopPoll(run));
   absl::StatusOr<std::vector<uint64_t>> cells =
       FindInsideCells(asker, grid.origin, grid.spacing, depth);
   if (!cells.ok()) return cells.status();

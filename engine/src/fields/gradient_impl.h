@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -148,7 +149,19 @@ struct TurnBody {
   }
 };
 
-// One object per solve.
+// Per node: both numbers of a phase have the same.
+struct PhaseDiagonalBody {
+  PhaseOperator matrix;
+  ArrayView<float> diagonal;
+  AMHEX_HD void operator()(int64_t node) const {
+    for (int a = 0; a < 3; ++a) {
+      const float value = matrix.Diagonal(node, a);
+      diagonal[6 * node + 2 * a] = diagonal[6 * node + 2 * a + 1] = value;
+    }
+  }
+};
+
+// One object per solve, or per solves in a row.
 template <class E, class Operator>
 class GradientSolve {
  public:
@@ -165,6 +178,9 @@ class GradientSolve {
     int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * SumBlocks(task.unknown_count()) * static_cast<int64_t>(sizeof(double));
+    if (task.rounds != nullptr) {
+      sum += task.unknown_count() * static_cast<int64_t>(sizeof(float));  // hull targets
+    }
     const bool is_there = task.resident != nullptr && *task.resident != nullptr;
     return is_there ? sum : sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
   }
@@ -172,10 +188,13 @@ class GradientSolve {
   // False if it was stopped.
   bool Run() {
     Upload();
-    Start();
-    executor_.Repeat(
-        task_.max_iterations, counts_, [this] { Iterate(); },
-        [](const int64_t* counts) { return counts[kIsLive] == 0; });
+    if (task_.rounds != nullptr) {
+      TakeRounds();
+    } else {
+      diagonal_ = Uploaded(executor_, task_.diagonal.data, unknowns_);
+      right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
+      Solve();
+    }
     std::vector<float> x(static_cast<size_t>(unknowns_));
     int64_t counts[kCountsSize] = {};
     executor_.CopyOut(x_, unknowns_, x.data());
@@ -194,8 +213,6 @@ class GradientSolve {
     const Operator& host = std::get<Operator>(task_.matrix);
     matrix_ = task_.resident == nullptr ? arrays_.Upload(host)
                                         : OnResidentArrays<E>(*task_.resident, host);
-    diagonal_ = Uploaded(executor_, task_.diagonal.data, unknowns_);
-    right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
     x_ = Uploaded(executor_, task_.x->data(), unknowns_);
     residual_ = executor_.template Alloc<float>(unknowns_);
     direction_ = executor_.template Alloc<float>(unknowns_);
@@ -203,8 +220,37 @@ class GradientSolve {
     scratch_ = executor_.template Alloc<float>(task_.node_count * Operator::kScratch);
     partial_ = executor_.template Alloc<double>(sums_);
     numbers_ = executor_.template Alloc<double>(kNumbersSize);
+    counts_ = executor_.template Alloc<int64_t>(kCountsSize);
+  }
+
+  void Solve() {
     const int64_t counts[kCountsSize] = {unknowns_, task_.node_count, sums_, 1, 0};
-    counts_ = Uploaded(executor_, counts, kCountsSize);
+    executor_.CopyIn(counts, kCountsSize, counts_);
+    Start();
+    executor_.Repeat(
+        task_.max_iterations, counts_, [this] { Iterate(); },
+        [](const int64_t* counts) { return counts[kIsLive] == 0; });
+  }
+
+  void TakeRounds() {
+    if constexpr (std::is_same_v<Operator, PhaseOperator>) {
+      const PullRounds& rounds = *task_.rounds;
+      const Array<float> hull_target = Uploaded(executor_, rounds.hull_target.data, unknowns_);
+      diagonal_ = executor_.template Alloc<float>(unknowns_);
+      right_side_ = executor_.template Alloc<float>(unknowns_);
+      int32_t round = 0;
+      for (const float pull : rounds.pulls) {
+        if (executor_.Stopped()) return;
+        if (rounds.on_round) rounds.on_round(round++);
+        matrix_.pull = pull;
+        executor_.ForEach(
+            "pull to unit length", unknowns_ / 2,
+            PullBody{hull_target.View(), ReadOnly(x_.View()), pull, right_side_.View()});
+        executor_.ForEach("take the diagonal", task_.node_count,
+                          PhaseDiagonalBody{matrix_, diagonal_.View()});
+        Solve();
+      }
+    }
   }
 
   GradientVectors Vectors() {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -142,10 +143,13 @@ struct PhaseOperator {
     links.VisitArrays(visit), visit(turns), visit(edge_count), visit(hull_weight);
   }
 
+  AMHEX_HD float Diagonal(int64_t i, int axis) const {
+    return static_cast<float>(edge_count[i]) + hull_weight[3 * i + axis] + pull;
+  }
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
-      const float own = static_cast<float>(edge_count[i]) + hull_weight[3 * i + a] + pull;
+      const float own = Diagonal(i, a);
       float real = own * x[6 * i + 2 * a], imaginary = own * x[6 * i + 2 * a + 1];
       for (int d = 0; d < 3; ++d) {
         if (const int64_t j = links.Ahead(i, d); j >= 0) {
@@ -170,6 +174,24 @@ struct PhaseOperator {
       product[6 * i + 2 * a] = real;
       product[6 * i + 2 * a + 1] = imaginary;
     }
+  }
+};
+
+// The right side of a pulled solve, per node and axis: hull targets, plus the pull towards the unit
+// number in the direction of x.
+struct PullBody {
+  ArrayView<const float> hull_target;
+  ArrayView<const float> x;
+  float pull = 0;
+  ArrayView<float> right_side;
+  AMHEX_HD void operator()(int64_t u) const {
+    constexpr float kNoDirection = 1e-12F;  // added to lengths: zero has none
+    const float real = x[2 * u], imaginary = x[2 * u + 1];
+    const double squared = static_cast<double>(real) * static_cast<double>(real) +
+                           static_cast<double>(imaginary) * static_cast<double>(imaginary);
+    const float factor = pull / (static_cast<float>(std::sqrt(squared)) + kNoDirection);
+    right_side[2 * u] = hull_target[2 * u] + factor * real;
+    right_side[2 * u + 1] = hull_target[2 * u + 1] + factor * imaginary;
   }
 };
 

@@ -4,8 +4,10 @@
 #include <numbers>
 #include <optional>
 
+#include "cuda/device_use.h"
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
+#include "fields/gradient_task.h"
 #include "fields/node_links.h"
 #include "fields/phase_seeds.h"
 
@@ -84,13 +86,10 @@ class PhaseSystem {
 
   // Hull targets, plus the pull towards the unit numbers in the direction of x.
   std::vector<float> RightSide(const std::vector<float>& x) const {
-    std::vector<float> rhs(6 * level_.count());
-    ForEach(run_, 3 * level_.count(), [&](int64_t u) {
-      const float re = x[2 * u], im = x[2 * u + 1];
-      const float factor = pull_ / (std::hypot(re, im) + 1e-12F);
-      rhs[2 * u] = hull_target_[2 * u] + factor * re;
-      rhs[2 * u + 1] = hull_target_[2 * u + 1] + factor * im;
-    });
+    const int64_t count = 6 * level_.count();
+    std::vector<float> rhs(count);
+    ForEach(run_, count / 2,
+            PullBody{{hull_target_.data(), count}, {x.data(), count}, pull_, {rhs.data(), count}});
     return rhs;
   }
   const std::vector<float>& hull_target() const { return hull_target_; }
@@ -169,29 +168,74 @@ class PhaseSystem {
   float pull_ = kRegularization;
 };
 
-// Solves with the phases' matrix as it is.
+// What the pull is in each round.
+std::vector<float> Pulls(const PhaseSettings& settings) {
+  std::vector<float> pulls;
+  for (int round = 0; round < settings.rounds; ++round) {
+    const double progress =
+        settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 1.0;
+    pulls.push_back(static_cast<float>(
+        settings.first_pull * std::pow(settings.last_pull / settings.first_pull, progress)));
+  }
+  return pulls;
+}
+
 class PhaseSolver {
  public:
-  PhaseSolver(const PhaseSystem& phases, DeviceUse* device, const RunContext& run)
+  PhaseSolver(PhaseSystem& phases, DeviceUse* device, const RunContext& run)
       : phases_(phases), device_(device), run_(run) {
     if (device != nullptr) links_.emplace(phases.Links());
   }
 
+  // Solves with the phases' matrix as it is.
   absl::Status Improve(const std::vector<float>& rhs, const ConjugateGradientLimits& limits,
                        std::vector<float>* x) const {
-    LinearSystem system;
-    system.apply = [this](const std::vector<float>& v, std::vector<float>& product) {
-      phases_.Apply(v, product);
-    };
-    system.diagonal = phases_.Diagonal();
+    LinearSystem system = System();
     system.device = device_;
     if (links_) system.matrix = phases_.Matrix(links_->View());
     system.resident = &resident_;
     return SolveConjugateGradient(system, rhs, limits, run_, x).status();
   }
 
+  // Solves again and again, each time pulled more to unit length.
+  absl::Status PullToUnitLength(const ConjugateGradientLimits& limits, const PullRounds& rounds,
+                                std::vector<float>* x) {
+    const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+      int32_t round = 0;
+      for (const float pull : rounds.pulls) {
+        rounds.on_round(round++);
+        phases_.SetPull(pull);
+        const absl::Status status =
+            SolveConjugateGradient(System(), phases_.RightSide(*x), limits, run_, x).status();
+        if (!status.ok()) return status;
+      }
+      return true;
+    };
+    if (device_ == nullptr) return on_cpu().status();
+    GradientTask task;
+    task.matrix = phases_.Matrix(links_->View());
+    task.resident = &resident_;
+    task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
+    task.rounds = &rounds;
+    task.x = x;
+    task.max_iterations = limits.max_iterations;
+    task.tolerance = limits.tolerance;
+    task.should_stop = [this] { return run_.ShouldStop(); };
+    const absl::Status status = device_->Run(&task, on_cpu).status();
+    return status.ok() ? run_.CheckStop() : status;
+  }
+
  private:
-  const PhaseSystem& phases_;
+  LinearSystem System() const {
+    LinearSystem system;
+    system.apply = [this](const std::vector<float>& v, std::vector<float>& product) {
+      phases_.Apply(v, product);
+    };
+    system.diagonal = phases_.Diagonal();
+    return system;
+  }
+
+  PhaseSystem& phases_;
   DeviceUse* device_;
   const RunContext& run_;
   std::optional<OwnedLinks> links_;
@@ -222,20 +266,19 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
   PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
-  const PhaseSolver solver(phases, settings.device, run);
+  PhaseSolver solver(phases, settings.device, run);
   std::vector<float> x(6 * grid.count(), 0.0F);
   absl::Status status = solver.Improve(phases.hull_target(),
                                        {settings.first_iterations, settings.first_tolerance}, &x);
+  if (!status.ok()) return status;
   SeedWeakPhases(grid.fine(), codes, form, &x);
-  for (int round = 0; status.ok() && round < settings.rounds; ++round) {
-    slice.Report((round + 1.0) / (settings.rounds + 2.0));
-    const double progress =
-        settings.rounds > 1 ? static_cast<double>(round) / (settings.rounds - 1) : 1.0;
-    phases.SetPull(static_cast<float>(
-        settings.first_pull * std::pow(settings.last_pull / settings.first_pull, progress)));
-    status = solver.Improve(phases.RightSide(x),
-                            {settings.round_iterations, settings.round_tolerance}, &x);
-  }
+  const std::vector<float>& target = phases.hull_target();
+  const PullRounds rounds{
+      {target.data(), static_cast<int64_t>(target.size())}, Pulls(settings), [&](int32_t round) {
+        slice.Report((round + 1.0) / (settings.rounds + 2.0));
+      }};
+  status =
+      solver.PullToUnitLength({settings.round_iterations, settings.round_tolerance}, rounds, &x);
   if (!status.ok()) return status;
   std::vector<Vec3d> positions(grid.count());
   ForEach(run, grid.count(), [&](int64_t i) {

@@ -27,7 +27,7 @@ Vec3d Cubes::FaceNormal(int cube, int direction) const {
 }
 
 Vec3d Cubes::FaceCentre(int cube, int direction) const {
-  return centre[cube] + FaceNormal(cube, direction) * half_extent[cube][direction / 2];
+  return view().FaceCentre(cube, direction);
 }
 
 Cubes MaterializeCubes(const Sites& sites) {

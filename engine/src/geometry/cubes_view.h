@@ -36,6 +36,9 @@ struct CubesView {
   AMHEX_HD Vec3d FaceNormal(int cube, int direction) const {
     return frame[cube].axis[direction / 2] * (direction % 2 == 1 ? 1.0 : -1.0);
   }
+  AMHEX_HD Vec3d FaceCentre(int cube, int direction) const {
+    return centre[cube] + FaceNormal(cube, direction) * half_extent[cube][direction / 2];
+  }
 };
 
 // Corner of a cube at the q-th place of its face, as kCubeFaces (primitives.h) lists them.

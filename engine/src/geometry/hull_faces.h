@@ -2,17 +2,16 @@
 #pragma once
 
 #include "absl/status/status.h"
-#include "amhex/run_context.h"
 #include "geometry/cubes.h"
 #include "geometry/merged_cubes.h"
-#include "input/hull.h"
 
 namespace amhex {
 
+class HullAsker;  // input/ask_hull.h
+
 // Sets `hull_faces` and `on_hull` from `matches`, and projects the vertices on the hull to it.
 // Strict on purpose: an interior face pulled to the hull costs more cells than a hull face that
-// is found later. Fails only with the run's status.
-absl::Status LabelHullFaces(const Cubes& cubes, const Hull& hull, const RunContext& run,
-                            MergedCubes* merged);
+// is found later. Errors: those of the asker.
+absl::Status LabelHullFaces(const Cubes& cubes, const HullAsker& hull, MergedCubes* merged);
 
 }  // namespace amhex

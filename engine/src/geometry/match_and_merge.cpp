@@ -11,6 +11,7 @@
 #include "geometry/face_matching.h"
 #include "geometry/hull_faces.h"
 #include "geometry/merge_sets.h"
+#include "input/ask_hull.h"
 
 namespace amhex {
 namespace {
@@ -92,10 +93,10 @@ absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
   }
 
   MergedCubes merged;
-  merged.device_notes = device.notes();
   merged.matches.assign(matches.begin(), matches.end());
   CollectVertices(cubes, sets, poll, &merged);
-  AMHEX_RETURN_IF_ERROR(LabelHullFaces(cubes, hull, run, &merged));
+  AMHEX_RETURN_IF_ERROR(LabelHullFaces(cubes, HullAsker(*hull.queries, &device, poll), &merged));
+  merged.device_notes = device.notes();
   return merged;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "exec/executor.h"
+#include "exec/last_element.h"
 #include "exec/uploaded_arrays.h"
 #include "geometry/match_task.h"
 
@@ -37,12 +38,6 @@ struct ListCandidatesBody {
   }
 };
 
-// The number of all, which lies behind the others.
-struct LastCountBody {
-  ArrayView<const int32_t> first;
-  AMHEX_HD int64_t operator()(int64_t /*index*/) const { return first[first.size - 1]; }
-};
-
 // Memory where bodies run, but for what the sums and scans need.
 template <class E>
 int64_t MatchBytes(const MatchTask& task) {
@@ -61,8 +56,7 @@ bool FindCandidates(E& executor, MatchTask& task) {
   Buffer<E, int32_t> first = executor.template Alloc<int32_t>(count + 1);
   executor.ForEach("count face candidates", count + 1, CountCandidatesBody{search, first.View()});
   executor.ExclusiveScan(first, count + 1);
-  const int64_t total =
-      executor.Reduce("take the number of candidates", 1, LastCountBody{ReadOnly(first.View())});
+  const int64_t total = LastElement(executor, first);
   if (executor.Stopped()) return false;
   Buffer<E, FaceCandidate> found = executor.template Alloc<FaceCandidate>(total);
   executor.ForEach("list face candidates", count,

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "amhex/run_context.h"
+#include "base/status_error.h"
 #include "base/status_macros.h"
+#include "base/stop_poll.h"
 #include "cuda/device_use.h"
 #include "exec/cpu_executor.h"
 #include "input/hull_batch.h"
@@ -18,15 +19,15 @@ namespace amhex {
 class HullAsker {
  public:
   // `device` may be null: then the CPU answers.
-  HullAsker(const HullQueries& queries, DeviceUse* device, const RunContext& run)
-      : queries_(queries), device_(device), run_(run) {}
+  HullAsker(const HullQueries& queries, DeviceUse* device, const StopPoll& poll)
+      : queries_(queries), device_(device), poll_(poll) {}
 
   // The question's answers for all of its points, with the same bits wherever they come from.
   // Errors: CANCELLED, DEADLINE_EXCEEDED, and those of RunOnCuda.
   template <class Question>
   absl::StatusOr<std::vector<typename Question::Answer>> Ask(const Question& question) const {
     HullBatch<Question> batch{
-        queries_.view(), &queries_.resident(), question, {}, [this] { return run_.ShouldStop(); }};
+        queries_.view(), &queries_.resident(), question, {}, [this] { return poll_.IsToStop(); }};
     const auto on_cpu = [&batch] { return AnswerOnCpu(batch); };
     // On a device, fewer points cost more than they save (a guess: some ten microseconds for every
     // copy and launch, against two per point on the CPU).
@@ -36,8 +37,17 @@ class HullAsker {
     } else {
       AMHEX_RETURN_IF_ERROR(RunWhereChosen(device_, &batch, on_cpu).status());
     }
-    AMHEX_RETURN_IF_ERROR(run_.CheckStop());
+    AMHEX_RETURN_IF_ERROR(poll_.Status());
     return std::move(batch.answers);
+  }
+
+  // The same for steps without a status: throws RunStopped, or StatusError with the others.
+  template <class Question>
+  std::vector<typename Question::Answer> AskOrThrow(const Question& question) const {
+    auto answers = Ask(question);
+    if (answers.ok()) return *std::move(answers);
+    poll_.Now();
+    throw StatusError(answers.status());
   }
 
  private:
@@ -53,7 +63,7 @@ class HullAsker {
 
   const HullQueries& queries_;
   DeviceUse* device_;
-  const RunContext& run_;
+  StopPoll poll_;
 };
 
 }  // namespace amhex

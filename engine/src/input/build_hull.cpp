@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
 #include "cost_model.h"
+#include "cuda/device_use.h"
 #include "input/close_mesh.h"
 #include "input/drop_strays.h"
 #include "input/edge_length.h"
@@ -162,7 +163,8 @@ struct SizedSolid {
 };
 
 absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
-                                     const SizingParams& sizing, RunContext& run) {
+                                     const SizingParams& sizing, DeviceUse& device,
+                                     RunContext& run) {
   SizedSolid result;
   AMHEX_ASSIGN_OR_RETURN(result.closed, CloseInput(input, unit, sizing, run));
   const TriangleMesh& solid = result.closed.mesh;
@@ -177,14 +179,15 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
     wanted = {0, result.closed.user_edge_length};
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  const HullQueries queries(solid.vertices, solid.triangles, StopPoll(run));
+  const HullQueries queries(solid.vertices, solid.triangles, StopPoll(run), &device);
   AMHEX_ASSIGN_OR_RETURN(result.user_edge_length,
                          ResolveEdgeLength(wanted, solid, queries, result.volume, unit.scale));
   return result;
 }
 
+// `device` may be null.
 Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
-              const StopPoll& poll) {
+              const StopPoll& poll, DeviceUse* device) {
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;
   Hull hull;
@@ -195,7 +198,8 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
   hull.volume = sized.volume / (h * h * h);
   hull.warnings = std::move(sized.closed.warnings);
-  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll);
+  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll, device);
+  if (device != nullptr) hull.device_notes = device->notes();
 
   const TriangleMesh topology{hull.vertices, hull.triangles};
   const EdgeAdjacency adjacency = FindEdgeAdjacency(topology, poll);
@@ -222,8 +226,9 @@ absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingPar
   if (!(unit.scale > 0)) {
     return absl::InvalidArgumentError("the input's triangles are all at one point");
   }
+  AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   SizingParams sizing = params.sizing;
-  AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, run));
+  AMHEX_ASSIGN_OR_RETURN(SizedSolid sized, SizeSolid(input, unit, sizing, device, run));
   const double rebuilt_for = sized.closed.user_edge_length;
   if (rebuilt_for > 0 && sizing.cell_count == 0 && sizing.edge_length == 0) {
     // Only a first surface could tell the default size; the hull is the one made for that size.
@@ -231,7 +236,7 @@ absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingPar
       sized.user_edge_length = rebuilt_for;
     } else {
       sizing.edge_length = sized.user_edge_length;
-      AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, run));
+      AMHEX_ASSIGN_OR_RETURN(sized, SizeSolid(input, unit, sizing, device, run));
     }
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
@@ -240,7 +245,7 @@ absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingPar
   const double h = sized.user_edge_length / unit.scale;
   AMHEX_RETURN_IF_ERROR(
       CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
-  return MakeHull(std::move(sized), unit, params, StopPoll(run));
+  return MakeHull(std::move(sized), unit, params, StopPoll(run), &device);
 }
 
 // `input`: a cloud without so many strays.
@@ -287,7 +292,7 @@ absl::StatusOr<Hull> BuildHullOfCells(const TriangleMesh& boundary, double edge_
   }
   sized.volume = VolumeOf(sized.closed.mesh);
   sized.user_edge_length = edge_length;
-  return MakeHull(std::move(sized), unit, params, StopPoll(run));
+  return MakeHull(std::move(sized), unit, params, StopPoll(run), nullptr);
 }
 
 }  // namespace amhex

@@ -59,6 +59,7 @@ struct Hull {
   std::vector<Vec3d> input_points;
   Guidance guidance;  // edge lengths, directions of unit length
   std::vector<std::string> warnings;
+  std::vector<std::string> device_notes;  // why steps that were to run on a device did not
 };
 
 // A point on the hull with its surface frame. Paper: S_pc, section 4.3.

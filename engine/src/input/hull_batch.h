@@ -25,6 +25,9 @@ struct PlainPoints {
     visit(position);
   }
 };
+inline PlainPoints PointsOf(const std::vector<Vec3d>& points) {
+  return {{points.data(), static_cast<int64_t>(points.size())}};
+}
 
 // A question is a body that answers for the i-th of its points:
 //
@@ -49,6 +52,36 @@ struct IsNear {
   double reach = 0;  // edge lengths
   AMHEX_HD uint8_t operator()(const HullView& hull, int64_t i) const {
     return hull.IsWithin(points[i], reach) ? 1 : 0;
+  }
+};
+
+// How far the hull is, in edge lengths.
+template <class Points>
+struct DistanceTo {
+  using Answer = double;
+  Points points;
+  AMHEX_HD double operator()(const HullView& hull, int64_t i) const {
+    return hull.Closest(points[i]).distance;
+  }
+};
+
+// The point of the hull that is nearest.
+template <class Points>
+struct ClosestTo {
+  using Answer = Vec3d;
+  Points points;
+  AMHEX_HD Vec3d operator()(const HullView& hull, int64_t i) const {
+    return hull.Closest(points[i]).point;
+  }
+};
+
+// How often the hull winds around.
+template <class Points>
+struct WindingAround {
+  using Answer = double;
+  Points points;
+  AMHEX_HD double operator()(const HullView& hull, int64_t i) const {
+    return hull.WindingNumber(points[i]);
   }
 };
 

@@ -6,24 +6,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "base/status_error.h"
+#include "cuda/device_use.h"
+#include "input/hull_split.h"
 #include "input/triangle_math.h"
 
 namespace amhex {
 namespace {
 
-constexpr int32_t kLeafTriangles = 4;
-constexpr int kBinCount = 16;
 // Subtrees of more triangles than this are built by a task of their own.
 constexpr int32_t kTrianglesPerTask = 16384;
-// Barill et al. 2018: a node is far beyond this many of its radii.
-constexpr double kFarRatio = 2.3;
-
-double HalfArea(const Box3d& box) {
-  if (box.IsEmpty()) return 0;
-  const Vec3d e = box.Extent();
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
+// On a device fewer triangles cost more than they save (a guess: some hundred launches of some
+// microseconds, against half a microsecond per triangle here).
+constexpr size_t kFewestForDevice = 2048;
 
 // Where the ray enters the box, or a value above `limit` if it misses it.
 double EntryDistance(const Vec3d& origin, const Vec3d& inverse, const Vec3d& low, const Vec3d& high,
@@ -42,8 +39,46 @@ double EntryDistance(const Vec3d& origin, const Vec3d& inverse, const Vec3d& low
 }  // namespace
 
 HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
-                         const std::vector<std::array<int32_t, 3>>& triangles,
-                         const StopPoll& poll) {
+                         const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
+                         DeviceUse* device) {
+  if (device != nullptr && triangles.size() >= kFewestForDevice) {
+    BuildWhereChosen(vertices, triangles, poll, *device);
+  } else {
+    BuildHere(vertices, triangles, poll);
+  }
+  const auto view = [](const auto& values) {
+    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
+  };
+  view_ = {view(triangles_), view(normals_), view(original_), view(nodes_), view(dipoles_)};
+}
+
+void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
+                                   const std::vector<std::array<int32_t, 3>>& triangles,
+                                   const StopPoll& poll, DeviceUse& device) {
+  HullTreeTask task;
+  task.vertices = {vertices.data(), static_cast<int64_t>(vertices.size())};
+  task.triangles = {triangles.data(), static_cast<int64_t>(triangles.size())};
+  task.resident = &resident_;
+  task.should_stop = [&poll] { return poll.IsToStop(); };
+  bool is_built_here = false;
+  const absl::StatusOr<bool> is_done = device.Run(&task, [&] {
+    is_built_here = true;
+    BuildHere(vertices, triangles, poll);
+    return true;
+  });
+  if (!is_done.ok()) throw StatusError(is_done.status());
+  if (is_built_here) return;
+  if (!*is_done) throw RunStopped();
+  triangles_ = std::move(task.leaf_triangles);
+  normals_ = std::move(task.normals);
+  original_ = std::move(task.original);
+  nodes_ = std::move(task.nodes);
+  dipoles_ = std::move(task.dipoles);
+}
+
+void HullQueries::BuildHere(const std::vector<Vec3d>& vertices,
+                            const std::vector<std::array<int32_t, 3>>& triangles,
+                            const StopPoll& poll) {
   triangles_.reserve(triangles.size());
   original_.reserve(triangles.size());
   for (size_t i = 0; i < triangles.size(); ++i) {
@@ -69,10 +104,6 @@ HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
   dipoles_.resize(nodes_.size());
   tbb::parallel_for(size_t{0}, nodes_.size(),
                     [&](size_t node) { ComputeDipole(static_cast<int32_t>(node), poll); });
-  const auto view = [](const auto& values) {
-    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-  };
-  view_ = {view(triangles_), view(normals_), view(original_), view(nodes_), view(dipoles_)};
 }
 
 void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
@@ -85,7 +116,7 @@ void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
   }
   const size_t id = nodes->size();
   nodes->push_back({box.low, box.high, begin, end, -1});
-  if (end - begin <= kLeafTriangles) return;
+  if (end - begin <= kHullLeafTriangles) return;
 
   const int32_t middle = Split(range, depth, poll);
   std::vector<Node> right_subtree;
@@ -107,66 +138,37 @@ void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
 // heuristic, by halves where that finds no split.
 int32_t HullQueries::Split(const Range& range, int depth, const StopPoll& poll) {
   const int32_t begin = range.begin, end = range.end;
-  const auto centre = [this](int32_t i) {
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
-    return ComponentMin(ComponentMin(t.a, t.b), t.c) + ComponentMax(ComponentMax(t.a, t.b), t.c);
+  const auto triangle = [this](int32_t i) -> const Triangle& {
+    return triangles_[static_cast<size_t>(i)];
   };
-  Box3d centres;
+  HullBox centres;
   for (int32_t i = begin; i < end; ++i) {
     poll.At(i);
-    centres.Extend(centre(i));
+    centres.Extend(BoxCentre(triangle(i)));
   }
-  const Vec3d extent = centres.Extent();
-  const int axis =
-      extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
+  const HullBins bins = HullBins::Over(centres);
   const int32_t half = begin + (end - begin) / 2;
-  if (!(extent[axis] > 0)) return half;
+  if (!bins.CanSplit()) return half;
 
-  const double to_bin = kBinCount / extent[axis];
-  const auto bin_of = [&](int32_t i) {
-    const int bin = static_cast<int>((centre(i)[axis] - centres.low[axis]) * to_bin);
-    return std::clamp(bin, 0, kBinCount - 1);
-  };
-  std::array<Box3d, kBinCount> boxes;
-  std::array<int32_t, kBinCount> counts{};
+  std::array<HullBin, kHullBinCount> filled;
   for (int32_t i = begin; i < end; ++i) {
     poll.At(i);
-    const auto bin = static_cast<size_t>(bin_of(i));
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
-    boxes[bin].Extend(t.a), boxes[bin].Extend(t.b), boxes[bin].Extend(t.c);
-    ++counts[bin];
+    HullBin& bin = filled[static_cast<size_t>(bins.BinOf(triangle(i)))];
+    bin.box.Extend(triangle(i));
+    ++bin.count;
   }
-  std::array<double, kBinCount> right_cost{};
-  Box3d right_box;
-  int32_t right_count = 0;
-  for (size_t bin = kBinCount - 1; bin > 0; --bin) {
-    right_box.low = ComponentMin(right_box.low, boxes[bin].low);
-    right_box.high = ComponentMax(right_box.high, boxes[bin].high);
-    right_count += counts[bin];
-    right_cost[bin] = right_count * HalfArea(right_box);
-  }
-  Box3d left_box;
-  int32_t left_count = 0;
-  double best_cost = 1e300;
-  int best_bin = -1;
-  for (int bin = 1; bin < kBinCount; ++bin) {
-    const auto last = static_cast<size_t>(bin - 1);
-    left_box.low = ComponentMin(left_box.low, boxes[last].low);
-    left_box.high = ComponentMax(left_box.high, boxes[last].high);
-    left_count += counts[last];
-    if (left_count == 0 || left_count == end - begin) continue;
-    const double cost = left_count * HalfArea(left_box) + right_cost[static_cast<size_t>(bin)];
-    if (cost < best_cost) best_cost = cost, best_bin = bin;
-  }
+  const int best_bin =
+      BestBin(end - begin, [&](int bin) { return filled[static_cast<size_t>(bin)]; });
   if (best_bin >= 0 && depth < kHullBalancedDepth) {
     return Reorder(range, poll, [&](std::vector<int32_t>& order) {
       return std::stable_partition(order.begin(), order.end(),
-                                   [&](int32_t i) { return bin_of(i) < best_bin; });
+                                   [&](int32_t i) { return bins.BinOf(triangle(i)) < best_bin; });
     });
   }
   return Reorder(range, poll, [&](std::vector<int32_t>& order) {
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int32_t i, int32_t j) { return centre(i)[axis] < centre(j)[axis]; });
+    std::stable_sort(order.begin(), order.end(), [&](int32_t i, int32_t j) {
+      return BoxCentre(triangle(i))[bins.axis] < BoxCentre(triangle(j))[bins.axis];
+    });
     return order.begin() + (half - begin);
   });
 }
@@ -193,37 +195,23 @@ int32_t HullQueries::Reorder(const Range& range, const StopPoll& poll, const Rea
 
 void HullQueries::ComputeDipole(int32_t id, const StopPoll& poll) {
   const Node& node = nodes_[static_cast<size_t>(id)];
-  Dipole& dipole = dipoles_[static_cast<size_t>(id)];
-  double area_sum = 0;
-  Vec3d weighted;
-  for (int32_t i = node.begin; i < node.end; ++i) {
-    poll.At(i);
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
-    const Vec3d area_vector = DoubleAreaVector(t.a, t.b, t.c) / 2.0;
-    const double area = Norm(area_vector);
-    dipole.area_normal += area_vector;
-    weighted += (t.a + t.b + t.c) * (area / 3);
-    area_sum += area;
-  }
-  dipole.centre = area_sum > 0 ? weighted / area_sum : (node.low + node.high) / 2.0;
-  for (int32_t i = node.begin; i < node.end; ++i) {
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
-    poll.At(i);
-    const Vec3d a = DoubleAreaVector(t.a, t.b, t.c) / 2.0;
-    const Vec3d d = (t.a + t.b + t.c) / 3.0 - dipole.centre;
-    dipole.xx += d.x * a.x, dipole.yy += d.y * a.y, dipole.zz += d.z * a.z;
-    dipole.xy += (d.x * a.y + d.y * a.x) / 2;
-    dipole.yz += (d.y * a.z + d.z * a.y) / 2;
-    dipole.zx += (d.z * a.x + d.x * a.z) / 2;
-  }
-  double radius_squared = 0;
-  for (int32_t i = node.begin; i < node.end; ++i) {
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
-    for (const Vec3d& corner : {t.a, t.b, t.c}) {
-      radius_squared = std::max(radius_squared, SquaredNorm(corner - dipole.centre));
+  poll.At(id);
+  const auto for_parts = [&](const auto& visit) {
+    for (int32_t part = node.begin; part < node.end; part += kTrianglesPerSum) {
+      if (part > node.begin) poll.Now();
+      visit(&triangles_[static_cast<size_t>(part)],
+            triangles_.data() + std::min(part + kTrianglesPerSum, node.end));
     }
-  }
-  dipole.far_squared = kFarRatio * kFarRatio * radius_squared;
+  };
+  DipoleSums sums;
+  for_parts([&](const Triangle* begin, const Triangle* end) { sums.Add(sums.Of(begin, end)); });
+  Dipole& dipole = dipoles_[static_cast<size_t>(id)];
+  dipole = sums.Dipole(node);
+  DipoleMoments moments;
+  for_parts([&](const Triangle* begin, const Triangle* end) {
+    moments.Add(moments.Of(begin, end, dipole.centre));
+  });
+  moments.PutInto(dipole);
 }
 
 double HullQueries::SignedDistance(const Vec3d& p) const {

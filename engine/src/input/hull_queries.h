@@ -13,15 +13,19 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 // Immutable after construction; all queries are const and safe from any number of threads. Only the
 // device's copy comes later, and goes with this.
 class HullQueries {
  public:
   // Triangles without area (see IsDegenerate in triangle_math.h) are left out: their points lie on
-  // their neighbours' edges. O(n log n); the same input always gives the same hierarchy. Throws
-  // RunStopped when `poll` does.
+  // their neighbours' edges. O(n log n); the same input always gives the same hierarchy, built on
+  // `device` unless that is null. Throws RunStopped when `poll` does, StatusError when the device
+  // fails.
   HullQueries(const std::vector<Vec3d>& vertices,
-              const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {});
+              const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {},
+              DeviceUse* device = nullptr);
   HullQueries(const HullQueries&) = delete;
   HullQueries& operator=(const HullQueries&) = delete;
 
@@ -59,6 +63,11 @@ class HullQueries {
   struct Range {
     int32_t begin, end;
   };
+  void BuildHere(const std::vector<Vec3d>& vertices,
+                 const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll);
+  void BuildWhereChosen(const std::vector<Vec3d>& vertices,
+                        const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
+                        DeviceUse& device);
   // Appends the subtree over a range of triangles_, its root first.
   void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
   int32_t Split(const Range& range, int depth, const StopPoll& poll);

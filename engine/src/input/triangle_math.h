@@ -1,11 +1,11 @@
 // Plain geometry of one triangle: closest point, solid angle, area.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "amhex/vec3.h"
 #include "base/arc_tangent.h"
+#include "base/platform.h"
 
 namespace amhex {
 
@@ -16,10 +16,10 @@ AMHEX_HD inline Vec3d DoubleAreaVector(const Vec3d& a, const Vec3d& b, const Vec
 
 // True if the triangle is a point or a line for all that doubles can tell: its height is below
 // 1e-8 of its longest side, so that its normal would be noise.
-inline bool IsDegenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+AMHEX_HD inline bool IsDegenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   constexpr double kSmallestHeightRatio = 1e-8;
   const double longest_squared =
-      std::max({SquaredNorm(b - a), SquaredNorm(c - b), SquaredNorm(a - c)});
+      Larger(Larger(SquaredNorm(b - a), SquaredNorm(c - b)), SquaredNorm(a - c));
   return !(Norm(DoubleAreaVector(a, b, c)) > kSmallestHeightRatio * longest_squared);
 }
 

@@ -1,12 +1,9 @@
 #include "output/boundary_overlap.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
+#include "input/ask_hull.h"
 #include "input/hull_queries.h"
 #include "output/boundary_topology.h"
 
@@ -23,14 +20,6 @@ constexpr double kOffset = 1e-3;
 // such slits are the boundary's topology to find.
 constexpr double kLeastBisector = 0.05;
 
-struct Tally {
-  int64_t failures = 0;
-  double worst = 0;
-  static Tally Joined(const Tally& a, const Tally& b) {
-    return {a.failures + b.failures, std::max(a.worst, b.worst)};
-  }
-};
-
 // Every stride-th of `count` items, at most about `limit` of them.
 struct Selection {
   int64_t stride = 1;
@@ -40,21 +29,11 @@ struct Selection {
         count((item_count + stride - 1) / stride) {}
 };
 
-// Counts the selected items whose winding error exceeds the tolerance.
-Tally TallySamples(const Selection& selection, const StopPoll& poll,
-                   const std::function<double(int64_t)>& winding_error) {
-  return tbb::parallel_reduce(
-      tbb::blocked_range<int64_t>(0, selection.count, 256), Tally{},
-      [&](const tbb::blocked_range<int64_t>& range, Tally tally) {
-        poll.Now();
-        for (int64_t i = range.begin(); i < range.end(); ++i) {
-          const double error = winding_error(i * selection.stride);
-          if (!(error <= kWindingTolerance)) ++tally.failures;
-          tally.worst = std::max(tally.worst, error);
-        }
-        return tally;
-      },
-      &Tally::Joined);
+// Whether the boundary winds around a sample otherwise than it should.
+bool IsWrong(double winding_error) { return !(winding_error <= kWindingTolerance); }
+
+std::vector<double> WindingNumbers(const std::vector<Vec3d>& points, const HullAsker& surface) {
+  return surface.AskOrThrow(WindingAround<PlainPoints>{PointsOf(points)});
 }
 
 Vec3d MapCentre(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
@@ -122,60 +101,75 @@ std::vector<BoundaryEdge> PairedEdges(const std::vector<BoundaryFace>& boundary,
 }
 
 void MeasureCellOverlap(const std::vector<CellCorners>& cells, const std::vector<Vec3d>& vertices,
-                        const HullQueries& queries, const StopPoll& poll, OverlapReport& report) {
+                        const HullAsker& surface, OverlapReport& report) {
   const Selection selection(static_cast<int64_t>(cells.size()), kMaxCellSamples);
-  const Tally tally = TallySamples(selection, poll, [&](int64_t c) {
-    return std::abs(queries.WindingNumber(MapCentre(cells[c], vertices)) - 1);
-  });
+  std::vector<Vec3d> centres;
+  for (int64_t i = 0; i < selection.count; ++i) {
+    centres.push_back(MapCentre(cells[i * selection.stride], vertices));
+  }
   report.cell_samples = selection.count;
-  report.overlapped_cells = tally.failures;
-  report.worst_cell_winding_error = tally.worst;
+  for (const double winding : WindingNumbers(centres, surface)) {
+    const double error = std::abs(winding - 1);
+    if (IsWrong(error)) ++report.overlapped_cells;
+    report.worst_cell_winding_error = std::max(report.worst_cell_winding_error, error);
+  }
 }
 
 void MeasureFaceOverlap(const std::vector<BoundaryFace>& boundary,
-                        const std::vector<Vec3d>& vertices, const HullQueries& queries,
-                        const StopPoll& poll, OverlapReport& report) {
+                        const std::vector<Vec3d>& vertices, const HullAsker& surface,
+                        OverlapReport& report) {
   const Selection selection(static_cast<int64_t>(boundary.size()), kMaxBoundarySamples);
-  const Tally tally = TallySamples(selection, poll, [&](int64_t f) {
-    const OutwardFace& face = boundary[f].face;
+  std::vector<Vec3d> inside_and_outside;
+  for (int64_t i = 0; i < selection.count; ++i) {
+    const OutwardFace& face = boundary[i * selection.stride].face;
     const Vec3d centre = FaceCentre(face, vertices);
     const Vec3d area = AreaVector(face, vertices);
     const Vec3d offset = Normalized(area) * (kOffset * std::sqrt(Norm(area)));
-    return std::max(std::abs(queries.WindingNumber(centre - offset) - 1),
-                    std::abs(queries.WindingNumber(centre + offset)));
-  });
+    inside_and_outside.push_back(centre - offset);
+    inside_and_outside.push_back(centre + offset);
+  }
+  const std::vector<double> winding = WindingNumbers(inside_and_outside, surface);
   report.face_samples = selection.count;
-  report.overlapped_faces = tally.failures;
+  for (size_t i = 0; i < winding.size(); i += 2) {
+    if (IsWrong(std::abs(winding[i] - 1)) || IsWrong(std::abs(winding[i + 1]))) {
+      ++report.overlapped_faces;
+    }
+  }
 }
 
 void MeasureEdgeOverlap(const std::vector<BoundaryFace>& boundary,
-                        const std::vector<Vec3d>& vertices, const HullQueries& queries,
-                        const StopPoll& poll, OverlapReport& report) {
+                        const std::vector<Vec3d>& vertices, const HullAsker& surface,
+                        OverlapReport& report) {
   const std::vector<BoundaryEdge> edges = PairedEdges(boundary, vertices);
   const Selection selection(static_cast<int64_t>(edges.size() / 2), kMaxBoundarySamples);
-  const Tally tally = TallySamples(selection, poll, [&](int64_t e) {
-    const BoundaryEdge& edge = edges[2 * e];
-    const Vec3d bisector = edge.normal + edges[2 * e + 1].normal;
-    if (Norm(bisector) < kLeastBisector) return 0.0;
+  std::vector<Vec3d> outside;
+  for (int64_t i = 0; i < selection.count; ++i) {
+    const auto e = static_cast<size_t>(2 * i * selection.stride);
+    const BoundaryEdge& edge = edges[e];
+    const Vec3d bisector = edge.normal + edges[e + 1].normal;
+    if (Norm(bisector) < kLeastBisector) continue;
     const Vec3d &a = vertices[edge.low], &b = vertices[edge.high];
-    const Vec3d outside = (a + b) / 2.0 + Normalized(bisector) * (kOffset * Norm(b - a));
-    return std::abs(queries.WindingNumber(outside));
-  });
+    outside.push_back((a + b) / 2.0 + Normalized(bisector) * (kOffset * Norm(b - a)));
+  }
   report.edge_samples = selection.count;
-  report.overlapped_edges = tally.failures;
+  for (const double winding : WindingNumbers(outside, surface)) {
+    if (IsWrong(std::abs(winding))) ++report.overlapped_edges;
+  }
 }
 
 }  // namespace
 
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
-                             const std::vector<Vec3d>& vertices, const StopPoll& poll) {
+                             const std::vector<Vec3d>& vertices, const StopPoll& poll,
+                             DeviceUse* device) {
   OverlapReport report;
   const BoundaryTriangles surface = TriangulateBoundary(boundary, vertices);
-  const HullQueries queries(surface.vertices, surface.triangles, poll);
-  MeasureCellOverlap(cells, vertices, queries, poll, report);
-  MeasureFaceOverlap(boundary, vertices, queries, poll, report);
-  MeasureEdgeOverlap(boundary, vertices, queries, poll, report);
+  const HullQueries queries(surface.vertices, surface.triangles, poll, device);
+  const HullAsker asker(queries, device, poll);
+  MeasureCellOverlap(cells, vertices, asker, report);
+  MeasureFaceOverlap(boundary, vertices, asker, report);
+  MeasureEdgeOverlap(boundary, vertices, asker, report);
   return report;
 }
 

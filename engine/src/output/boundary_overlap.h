@@ -17,6 +17,8 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 struct OverlapReport {
   int64_t cell_samples = 0;
   int64_t overlapped_cells = 0;  // samples around which the boundary does not wind exactly once
@@ -30,10 +32,12 @@ struct OverlapReport {
 };
 
 // Requires a closed manifold boundary. At most ~20,000 cells and ~200,000 boundary faces and edges
-// each are sampled, evenly by index. O((samples + faces) log faces).
+// each are sampled, evenly by index, on `device` unless it is null. O((samples + faces) log faces).
+// Throws RunStopped when `poll` does, StatusError when the device fails.
 OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              const std::vector<BoundaryFace>& boundary,
-                             const std::vector<Vec3d>& vertices, const StopPoll& poll = {});
+                             const std::vector<Vec3d>& vertices, const StopPoll& poll = {},
+                             DeviceUse* device = nullptr);
 
 // The boundary as triangles; a quad becomes four around its centre, which lies on the cell's
 // bilinear face.

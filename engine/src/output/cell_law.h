@@ -4,13 +4,12 @@
 // of the code that builds cells.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
+#include "output/measure_cell.h"
 
 namespace amhex {
 
@@ -18,27 +17,7 @@ namespace amhex {
 // symmetries of the cube; nullopt for every other way to repeat corners.
 std::optional<PrimitiveType> TypeByPattern(const CellCorners& corners);
 
-// An outward face: the ring of a cube face without repeated corners.
-struct OutwardFace {
-  int count = 0;  // 3 or 4
-  std::array<int32_t, 4> v{-1, -1, -1, -1};
-};
-
-struct OutwardFaces {
-  int count = 0;
-  std::array<OutwardFace, 6> face;
-  const OutwardFace* begin() const { return face.data(); }
-  const OutwardFace* end() const { return face.data() + count; }
-};
-OutwardFaces OutwardFacesOf(const CellCorners& corners);
-
-// Measures of the trilinear map of one cell. Units: the vertices' units to the third power, but
-// for the scaled Jacobian, which is a pure number.
-struct CellMeasures {
-  double volume = 0;               // exact: 2x2x2 Gauss points
-  double min_scaled_jacobian = 0;  // section 5.2: over vertices where exactly three edges meet
-  double min_map_jacobian = 0;     // over Gauss points and corners that are not collapsed
-};
+// As measure_cell.h has it.
 CellMeasures MeasureCell(const CellCorners& corners, const std::vector<Vec3d>& vertices);
 
 }  // namespace amhex

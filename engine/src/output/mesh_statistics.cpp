@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
+#include "input/ask_hull.h"
 #include "input/hull_queries.h"
 #include "output/boundary_overlap.h"
 #include "output/boundary_topology.h"
-#include "output/cell_law.h"
+#include "output/measure_cells.h"
 #include "output/mesh_faces.h"
 #include "output/sharp_edges.h"
 #include "output/surface_distance.h"
@@ -16,14 +17,17 @@ namespace {
 constexpr double kSampleSpacing = 1.0 / 3.0;  // edge lengths
 constexpr size_t kMaxInputPoints = 1'000'000;
 
-void MeasureCells(const AtMostHexaMesh& mesh, const StopPoll& poll, MeshStatistics& statistics) {
+void SumUpCells(const AtMostHexaMesh& mesh, const StopPoll& poll, DeviceUse* device,
+                MeshStatistics& statistics) {
+  const std::vector<CellMeasures> measures =
+      MeasureCells(mesh.corners, mesh.vertices, poll, device);
   double hexahedra_volume = 0;
   int64_t hexahedra = 0;
   statistics.min_scaled_jacobian = mesh.corners.empty() ? 0.0 : 1.0;
   statistics.min_scaled_jacobian_hexahedra = 1.0;
   for (size_t c = 0; c < mesh.corners.size(); ++c) {
     poll.At(static_cast<int64_t>(c));
-    const double volume = MeasureCell(mesh.corners[c], mesh.vertices).volume;
+    const double volume = measures[c].volume;
     const double quality = mesh.quality[c];
     ++statistics.cells_by_type[static_cast<size_t>(mesh.types[c])];
     statistics.volume += volume;
@@ -62,15 +66,17 @@ std::vector<Vec3d> InputSamples(const Hull& hull) {
 
 // `boundary` in the hull's normalised frame.
 void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const StopPoll& poll,
-                      MeshStatistics& statistics) {
+                      DeviceUse* device, MeshStatistics& statistics) {
   const double diagonal = hull.box.Diagonal();
   if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
   std::vector<Vec3d> mesh_samples =
       SampleSurface(boundary.vertices, boundary.triangles, kSampleSpacing);
   mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
-  const DistanceSummary to_input = DistanceToSurface(mesh_samples, *hull.queries, poll);
-  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll);
-  const DistanceSummary to_mesh = DistanceToSurface(InputSamples(hull), mesh_queries, poll);
+  const DistanceSummary to_input =
+      DistanceToSurface(mesh_samples, HullAsker(*hull.queries, device, poll));
+  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll, device);
+  const DistanceSummary to_mesh =
+      DistanceToSurface(InputSamples(hull), HullAsker(mesh_queries, device, poll));
   statistics.mesh_to_input_max = to_input.maximum / diagonal;
   statistics.input_to_mesh_max = to_mesh.maximum / diagonal;
   statistics.input_to_mesh_mean = to_mesh.mean / diagonal;
@@ -80,11 +86,12 @@ void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const
 
 }  // namespace
 
-MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll) {
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll,
+                           DeviceUse* device) {
   MeshStatistics statistics;
   statistics.cell_count = static_cast<int64_t>(mesh.corners.size());
   statistics.vertex_count = static_cast<int64_t>(mesh.vertices.size());
-  MeasureCells(mesh, poll, statistics);
+  SumUpCells(mesh, poll, device, statistics);
   const double scale = hull.frame.scale;
   statistics.edge_length = scale;
   statistics.hull_volume = hull.volume * scale * scale * scale;
@@ -97,7 +104,7 @@ MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const S
 
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
-  MeasureDistances(boundary, hull, poll, statistics);
+  MeasureDistances(boundary, hull, poll, device, statistics);
   std::vector<Vec3d> vertices = mesh.vertices;
   for (Vec3d& p : vertices) p = hull.frame.ToNormalized(p);
   const SharpEdgeDeviation deviation = MeasureSharpEdges(hull, census.boundary, vertices, poll);

@@ -7,12 +7,15 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 // Measures a valid mesh in the user's units against the hull it was made for.
 //
 // Distances are between the mesh boundary and the hull, sampled about a third of an edge length
 // apart on either side, the input's own points included on its side (a million of them at most).
-// Linear in cells and samples, each sample a query of O(log n). RunStopped is thrown when `poll`
-// does.
-MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll = {});
+// Linear in cells and samples, each sample a query of O(log n), on `device` unless it is null.
+// Throws RunStopped when `poll` does, StatusError when the device fails.
+MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll = {},
+                           DeviceUse* device = nullptr);
 
 }  // namespace amhex

@@ -1,7 +1,5 @@
 #include "output/missed_places.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "input/ask_hull.h"
 #include "input/hull_queries.h"
 #include "output/boundary_overlap.h"
 #include "output/mesh_faces.h"
@@ -35,10 +34,8 @@ struct Missed {
   double distance = 0;
 };
 
-std::vector<Missed> MissedPoints(const std::vector<Vec3d>& samples, const HullQueries& mesh) {
-  std::vector<double> distance(samples.size());
-  tbb::parallel_for(size_t{0}, samples.size(),
-                    [&](size_t i) { distance[i] = mesh.Closest(samples[i]).distance; });
+std::vector<Missed> MissedPoints(const std::vector<Vec3d>& samples, const HullAsker& mesh) {
+  const std::vector<double> distance = mesh.AskOrThrow(DistanceTo<PlainPoints>{PointsOf(samples)});
   std::vector<Missed> missed;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (distance[i] > kMissedDistance) missed.push_back({samples[i], distance[i]});
@@ -83,12 +80,15 @@ std::string Text(const Vec3d& p) { return absl::StrCat("(", p.x, ", ", p.y, ", "
 
 }  // namespace
 
-std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull) {
-  const FaceCensus census = CountFaces(mesh.corners, static_cast<int64_t>(mesh.vertices.size()));
+std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull,
+                                          const StopPoll& poll, DeviceUse* device) {
+  const FaceCensus census =
+      CountFaces(mesh.corners, static_cast<int64_t>(mesh.vertices.size()), poll);
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
-  const HullQueries queries(boundary.vertices, boundary.triangles);
-  const std::vector<Missed> missed = MissedPoints(PointsOfInput(hull), queries);
+  const HullQueries queries(boundary.vertices, boundary.triangles, poll, device);
+  const std::vector<Missed> missed =
+      MissedPoints(PointsOfInput(hull), HullAsker(queries, device, poll));
   const std::map<Cube, size_t> group = GroupCubes(missed);
   std::map<size_t, MissedPlace> places;
   for (const Missed& m : missed) {

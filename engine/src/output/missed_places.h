@@ -7,9 +7,12 @@
 
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
+#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
+
+class DeviceUse;
 
 // A connected part of the input's surface farther than an edge length from the mesh. User's units.
 struct MissedPlace {
@@ -19,8 +22,10 @@ struct MissedPlace {
 };
 
 // All of them, the farthest first; empty where the mesh follows its input. Surface samples as for
-// the statistics' distances. O(n log n).
-std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull);
+// the statistics' distances, measured on `device` unless it is null. O(n log n). Throws RunStopped
+// when `poll` does, StatusError when the device fails.
+std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull,
+                                          const StopPoll& poll = {}, DeviceUse* device = nullptr);
 
 // One line that names the first few with their places; empty for none.
 std::string DescribeMissedPlaces(const std::vector<MissedPlace>& places);

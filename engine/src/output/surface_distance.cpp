@@ -1,8 +1,5 @@
 #include "output/surface_distance.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -47,16 +44,9 @@ std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
   return samples;
 }
 
-DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullQueries& surface,
-                                  const StopPoll& poll) {
-  std::vector<double> distances(points.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, points.size(), 512),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      poll.Now();
-                      for (size_t i = range.begin(); i < range.end(); ++i) {
-                        distances[i] = surface.Closest(points[i]).distance;
-                      }
-                    });
+DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullAsker& surface) {
+  const std::vector<double> distances =
+      surface.AskOrThrow(DistanceTo<PlainPoints>{PointsOf(points)});
   DistanceSummary summary;
   for (const double distance : distances) {
     summary.maximum = std::max(summary.maximum, distance);

@@ -5,9 +5,7 @@
 #include <vector>
 
 #include "amhex/vec3.h"
-#include "base/stop_poll.h"
-#include "input/hull.h"
-#include "input/hull_queries.h"
+#include "input/ask_hull.h"
 
 namespace amhex {
 
@@ -23,8 +21,7 @@ std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
                                  double spacing);
 
 // Distances of `points` to the surface; zeros without points. Independent of the thread count.
-// RunStopped is thrown when `poll` does.
-DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullQueries& surface,
-                                  const StopPoll& poll = {});
+// Throws what the asker does.
+DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullAsker& surface);
 
 }  // namespace amhex

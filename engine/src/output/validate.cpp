@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "output/cell_law.h"
+#include "output/measure_cells.h"
 #include "output/mesh_faces.h"
 
 namespace amhex {
@@ -34,9 +35,9 @@ bool ArraysAreSound(const AtMostHexaMesh& mesh, ValidationReport& report) {
          0;
 }
 
-void ExamineCell(const AtMostHexaMesh& mesh, size_t c, ValidationReport& report) {
+void ExamineCell(const AtMostHexaMesh& mesh, const CellMeasures& measures, size_t c,
+                 ValidationReport& report) {
   const std::optional<PrimitiveType> type = TypeByPattern(mesh.corners[c]);
-  const CellMeasures measures = MeasureCell(mesh.corners[c], mesh.vertices);
   bool bad = false;
   const auto count_fault = [&](bool fault, int64_t& count) {
     count += fault;
@@ -60,11 +61,14 @@ void ExamineCell(const AtMostHexaMesh& mesh, size_t c, ValidationReport& report)
   }
 }
 
-void ExamineCells(const AtMostHexaMesh& mesh, const StopPoll& poll, ValidationReport& report) {
+void ExamineCells(const AtMostHexaMesh& mesh, const StopPoll& poll, DeviceUse* device,
+                  ValidationReport& report) {
   report.min_volume = report.min_scaled_jacobian = report.relative_min_map_jacobian = 1e300;
+  const std::vector<CellMeasures> measures =
+      MeasureCells(mesh.corners, mesh.vertices, poll, device);
   for (size_t c = 0; c < mesh.corners.size(); ++c) {
     poll.At(static_cast<int64_t>(c));
-    ExamineCell(mesh, c, report);
+    ExamineCell(mesh, measures[c], c, report);
   }
   report.duplicate_cell_count =
       CountDuplicateCells(mesh.corners, static_cast<int64_t>(mesh.vertices.size()), poll);
@@ -87,10 +91,10 @@ double BoundaryVolume(const std::vector<BoundaryFace>& boundary,
 }
 
 void ExamineEmbedding(const AtMostHexaMesh& mesh, const std::vector<BoundaryFace>& boundary,
-                      const StopPoll& poll, ValidationReport& report) {
+                      const StopPoll& poll, DeviceUse* device, ValidationReport& report) {
   report.volume_mismatch = std::abs(BoundaryVolume(boundary, mesh.vertices) - report.volume) /
                            std::max(std::abs(report.volume), 1e-300);
-  report.overlap = MeasureOverlap(mesh.corners, boundary, mesh.vertices, poll);
+  report.overlap = MeasureOverlap(mesh.corners, boundary, mesh.vertices, poll, device);
 }
 
 struct NamedCount {
@@ -160,12 +164,12 @@ std::string ValidationReport::Summary() const {
   return summary;
 }
 
-ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll) {
+ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll, DeviceUse* device) {
   ValidationReport report;
   report.cell_count = static_cast<int64_t>(mesh.corners.size());
   report.vertex_count = static_cast<int64_t>(mesh.vertices.size());
   if (!ArraysAreSound(mesh, report) || report.cell_count == 0) return report;
-  ExamineCells(mesh, poll, report);
+  ExamineCells(mesh, poll, device, report);
   const FaceCensus census = CountFaces(mesh.corners, report.vertex_count, poll);
   report.interior_face_count = census.interior_count;
   report.boundary_face_count = static_cast<int64_t>(census.boundary.size());
@@ -173,7 +177,7 @@ ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll) 
   report.overused_face_count = census.overused_count;
   report.boundary = ExamineBoundary(census.boundary, mesh.vertices, poll);
   if (report.boundary.IsClosedManifold() && !census.boundary.empty()) {
-    ExamineEmbedding(mesh, census.boundary, poll, report);
+    ExamineEmbedding(mesh, census.boundary, poll, device, report);
   }
   return report;
 }

@@ -14,6 +14,8 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 // Counts of everything examined; all counts of faults are zero for a valid mesh.
 struct ValidationReport {
   int64_t cell_count = 0;
@@ -57,8 +59,9 @@ struct ValidationReport {
   std::string Summary() const;
 };
 
-// Linear in the number of cells, plus the overlap test's sampled winding numbers. RunStopped
-// is thrown when `poll` does.
-ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll = {});
+// Linear in the number of cells, plus the overlap test's sampled winding numbers, on `device`
+// unless it is null. Throws RunStopped when `poll` does, StatusError when the device fails.
+ValidationReport ValidateMesh(const AtMostHexaMesh& mesh, const StopPoll& poll = {},
+                              DeviceUse* device = nullptr);
 
 }  // namespace amhex

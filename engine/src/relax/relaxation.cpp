@@ -35,8 +35,8 @@ constexpr float kTrustedCurvature = 0.5f;
 
 absl::StatusOr<std::vector<int32_t>> LabelSides(const HullAsker& hull,
                                                 const std::vector<Vec3d>& position) {
-  const PlainPoints points{{position.data(), static_cast<int64_t>(position.size())}};
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<HullSide> sides, hull.Ask(SideOf<PlainPoints>{points}));
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<HullSide> sides,
+                         hull.Ask(SideOf<PlainPoints>{PointsOf(position)}));
   std::vector<int32_t> is_inside;
   is_inside.reserve(sides.size());
   for (const HullSide side : sides) is_inside.push_back(side == HullSide::kInside ? 1 : 0);
@@ -157,7 +157,7 @@ absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, S
                                  const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   try {
-    const HullAsker asker(*hull.queries, &device, run);
+    const HullAsker asker(*hull.queries, &device, StopPoll(run));
     AMHEX_ASSIGN_OR_RETURN(std::vector<int32_t> is_inside, LabelSides(asker, sites.position));
     AMHEX_ASSIGN_OR_RETURN(HullBarrier barrier,
                            BarrierAround(hull, is_inside, params.relaxation, run));

@@ -19,12 +19,14 @@
 #include "fields/orientation_field.h"
 #include "fixtures/solids.h"
 #include "geometry/face_matching.h"
+#include "geometry/hull_faces.h"
 #include "input/ask_hull.h"
 #include "input/site_grid.h"
 #include "optimize/hull_features.h"
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
 #include "optimize/raise_quality.h"
+#include "output/measure_cells.h"
 #include "relax/relaxation.h"
 #include "support/grid_complex.h"
 #include "unit/relax/relax_fixtures.h"
@@ -103,13 +105,14 @@ TEST(CudaParityOfHullQueries, GivesTheSameSidesNearnessAndConstraintsAsTheCpu) {
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
   const Hull hull = testing_support::HullOfMesh(fixtures::MakeTwistedBox({3, 2, 4}, 1.0, 0.4));
   const std::vector<Vec3d> points = PointsAround(hull);
-  const PlainPoints plain{{points.data(), static_cast<int64_t>(points.size())}};
+  const PlainPoints plain = PointsOf(points);
   std::vector<uint64_t> keys(4096);
   std::iota(keys.begin(), keys.end(), uint64_t{0});
   const fields::CellCentres cells =
       fields::CentresOf(keys, hull.box.low - Vec3d{0.3, 0.2, 0.1}, 0.25);
   RunContext run;
-  const HullAsker on_cpu(*hull.queries, nullptr, run), on_cuda(*hull.queries, &*device, run);
+  const StopPoll poll(run);
+  const HullAsker on_cpu(*hull.queries, nullptr, poll), on_cuda(*hull.queries, &*device, poll);
   const auto expect_equal = [&](const auto& question, const auto& number_of) {
     const auto cpu = on_cpu.Ask(question), cuda = on_cuda.Ask(question);
     ASSERT_TRUE(cpu.ok()) << cpu.status();
@@ -127,6 +130,10 @@ TEST(CudaParityOfHullQueries, GivesTheSameSidesNearnessAndConstraintsAsTheCpu) {
   expect_equal(SideOf<fields::CellCentres>{cells, 0.4}, number);
   expect_equal(IsNear<fields::CellCentres>{cells, 0.25}, number);
   expect_equal(fields::ConstraintsOf{cells}, [](const auto& answer) { return answer.count; });
+  const auto tenth = [](double answer) { return static_cast<int>(10 * answer); };
+  expect_equal(DistanceTo<PlainPoints>{plain}, tenth);
+  expect_equal(WindingAround<PlainPoints>{plain}, tenth);
+  expect_equal(ClosestTo<PlainPoints>{plain}, [&](const Vec3d& answer) { return tenth(answer.x); });
 }
 
 bool AreEqual(const std::vector<AxisFrame>& a, const std::vector<AxisFrame>& b) {
@@ -221,6 +228,33 @@ TEST(CudaParityOfMatching, FindsTheSamePairsAsTheCpu) {
   EXPECT_TRUE(found(nullptr) == there);
 }
 
+// Cubes that fill a box, all but turned away from each other, and a few that are merged.
+TEST(CudaParityOfMatching, LabelsTheSameHullFacesAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  constexpr int kSide = 9;
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({kSide, kSide, kSide}, 0.5));
+  Sites sites = ShakenSites(kSide);
+  for (Vec3d& p : sites.position) p += hull.box.low + Vec3d{0.3, 0.3, 0.3};
+  const Cubes cubes = MaterializeCubes(sites);
+  const auto labelled = [&](DeviceUse* where) {
+    MergedCubes merged;
+    for (int v = 0; v < 8 * cubes.count(); ++v) {
+      merged.vertices.push_back(cubes.VirtualVertex(v));
+      if (v % 8 == 0) merged.corners.emplace_back();
+      merged.corners.back()[v % 8] = v;
+    }
+    merged.matches.assign(sites.position.size(), {-1, -1, -1, -1, -1, -1});
+    for (size_t i = 0; i < merged.matches.size(); i += 7) merged.matches[i][i % 6] = 0;
+    const absl::Status status = LabelHullFaces(cubes, {*hull.queries, where, StopPoll()}, &merged);
+    EXPECT_TRUE(status.ok()) << status;
+    return std::make_tuple(merged.hull_faces, merged.on_hull, merged.vertices);
+  };
+  const auto here = labelled(nullptr);
+  EXPECT_GT(std::set<uint8_t>(std::get<0>(here).begin(), std::get<0>(here).end()).size(), 3U);
+  EXPECT_TRUE(here == labelled(&*device));
+}
+
 TEST(CudaParityOfMatching, FindsNothingAmongNoCubes) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
@@ -276,6 +310,33 @@ TEST(CudaParityOfPlacement, GivesTheSameMeshAsTheCpu) {
   ASSERT_TRUE(cuda.ok()) << cuda.status();
   EXPECT_EQ(cpu->mesh.corners, cuda->mesh.corners);
   EXPECT_EQ(cpu->mesh.vertices, cuda->mesh.vertices);
+}
+
+// Shaken so much that some fold, and some without two of their edges.
+TEST(CudaParityOfMeasures, GivesTheSameVolumesAndJacobiansAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  CellComplex complex = testing_support::GridComplex({9, 9, 9});
+  testing_support::Shake(complex, 0.8);
+  for (size_t c = 0; c < complex.cells.size(); c += 5) {
+    complex.cells[c][1] = complex.cells[c][2];
+    complex.cells[c][5] = complex.cells[c][6];
+  }
+  const auto measured = [&](DeviceUse* where) {
+    return MeasureCells(complex.cells, complex.vertices, {}, where);
+  };
+  const std::vector<CellMeasures> here = measured(nullptr), there = measured(&*device);
+  ASSERT_EQ(here.size(), there.size());
+  double least = 1, largest = -1;
+  for (size_t c = 0; c < here.size(); ++c) {
+    EXPECT_EQ(here[c].volume, there[c].volume);
+    EXPECT_EQ(here[c].min_scaled_jacobian, there[c].min_scaled_jacobian);
+    EXPECT_EQ(here[c].min_map_jacobian, there[c].min_map_jacobian);
+    least = std::min(least, here[c].min_scaled_jacobian);
+    largest = std::max(largest, here[c].min_scaled_jacobian);
+  }
+  EXPECT_LT(least, 0);
+  EXPECT_GT(largest, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(
