@@ -30,8 +30,8 @@ constexpr double kSitesPerWantedCell = 0.985;
 // lattice's singularities over as well; trials in a row that have it in common share its fields.
 //
 // Layers that follow the hull firmly have fewer dislocations, but between sides that are not
-// parallel their cells become thin towards the edge: there some layers should end. So grids differ
-// in this, too.
+// parallel their cells become thin towards the edge: there some layers should end. So trials differ
+// in this, too; the first ones follow lightly, because their poorest cells are better.
 struct TrialDensity {
   double grid;
   double sites;
@@ -39,9 +39,9 @@ struct TrialDensity {
 };
 constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
-constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kFirmly},
-                                                                   {1.0, 1.03, kFirmly},
-                                                                   {1.0, 0.97, kLightly},
+constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kLightly},
+                                                                   {1.0, 1.03, kLightly},
+                                                                   {1.0, 0.97, kFirmly},
                                                                    {1.06, 1.06, kLightly},
                                                                    {1.06, 1.03, kLightly},
                                                                    {0.94, 0.94, kLightly},
