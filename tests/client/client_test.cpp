@@ -180,6 +180,22 @@ TEST_F(ClientTest, FailedJobsAreGivenAndCarryTheirError) {
   EXPECT_EQ(ReasonOf(ErrorOf(*job)), "NO_VALID_MESH");
 }
 
+TEST(Client, AWatchThatFallsSilentIsBegunAnewWhereItWas) {
+  FakeServer server;
+  server.mesher.frames = {StateFrame(v1::Job::RUNNING), ProgressFrame(1),
+                          StateFrame(v1::Job::SUCCEEDED)};
+  server.mesher.silent_streams = 2;
+  Client client({.address = server.address, .longest_silence = absl::Milliseconds(100)});
+  std::vector<int64_t> seen;
+  WatchOptions options;
+  options.on_frame = [&](const v1::WatchJobResponse& frame) { seen.push_back(frame.seq()); };
+  const auto job = client.Watch("one", options);
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->state(), v1::Job::SUCCEEDED);
+  EXPECT_EQ(seen, (std::vector<int64_t>{1, 2, 3}));
+  EXPECT_EQ(server.mesher.watch_streams, 3);
+}
+
 TEST(Client, AnInterruptEndsWatchingSoon) {
   FakeServer server;
   server.mesher.frames = {StateFrame(v1::Job::RUNNING)};

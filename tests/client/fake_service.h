@@ -97,7 +97,8 @@ class FakeMesher final : public v1::Mesher::Service {
   std::vector<v1::WatchJobResponse> frames;  // seq is set when sent: 1, 2, ...
   size_t frames_per_stream = 1000;
   int watch_streams = 0, submissions = 0, busy_submissions = 0;
-  bool hangs = false;  // WatchJob never ends
+  bool hangs = false;      // WatchJob never ends
+  int silent_streams = 0;  // so many of WatchJob's first streams say nothing after a frame
   int mesh_streams = 0;
   bool breaks_in_upload = false, breaks_in_mesh = false;
   std::string mesh, mesh_input;
@@ -164,8 +165,9 @@ class FakeMesher final : public v1::Mesher::Service {
       v1::WatchJobResponse frame = frames[seq];
       frame.set_seq(static_cast<int64_t>(seq) + 1);
       writer->Write(frame);
+      if (watch_streams <= silent_streams) break;
     }
-    while (hangs && !context->IsCancelled()) {
+    while ((hangs || watch_streams <= silent_streams) && !context->IsCancelled()) {
       gpr_sleep_until(
           gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(10, GPR_TIMESPAN)));
     }

@@ -5,6 +5,7 @@
 #include "absl/strings/match.h"
 #include "rpc/client_implementation.h"
 #include "rpc/digest.h"
+#include "rpc/silence_guard.h"
 
 namespace amhex::client {
 namespace {
@@ -180,14 +181,19 @@ absl::Status Client::Implementation::WatchOnce(const std::string& name, const Wa
   SetDuration(watch.min_interval, request.mutable_min_interval());
   InterruptibleCall call(options);
   const auto reader = mesher->WatchJob(call.context(), request);
+  SilenceGuard silence(call.context(), options.longest_silence);
   v1::WatchJobResponse frame;
   while (reader->Read(&frame)) {
+    silence.Renew();
     patience->Renew();
     *seq = frame.seq();
     if (frame.has_job()) *job = frame.job();
     if (watch.on_frame) watch.on_frame(frame);
   }
-  return FromGrpcStatus(reader->Finish());
+  const absl::Status status = FromGrpcStatus(reader->Finish());
+  if (status.ok() || !silence.has_cancelled()) return status;
+  return absl::UnavailableError(absl::StrCat("the server has sent no frame for ",
+                                             absl::FormatDuration(options.longest_silence)));
 }
 
 absl::Status Client::Implementation::WatchOn(const std::string& name, const WatchOptions& watch,
