@@ -89,11 +89,7 @@ class GrpcJobRelay::Stream final : public grpc::ClientReadReactor<amhex::v1::Wat
  private:
   void Publish() {
     if (frame_.has_job()) {
-      if (frame_.job().attempt_count() == feed_->Current().attempt_count()) {
-        feed_->PublishJob(frame_.job());
-      } else {
-        feed_->PublishRequeued(frame_.job());
-      }
+      feed_->PublishJob(frame_.job());
     } else if (frame_.has_stage()) {
       feed_->PublishStage(frame_.stage());
     } else if (frame_.has_progress()) {

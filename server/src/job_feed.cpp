@@ -35,7 +35,7 @@ JobFeed::JobFeed(const Job& job, FrameCounter* counter)
   last_dropped_seq_ = last_seq_;
 }
 
-std::vector<std::shared_ptr<FeedListener>> JobFeed::AppendLocked(Frame frame) {
+JobFeed::Listeners JobFeed::AppendLocked(Frame frame) {
   if (frame.kind == FrameKind::kRepeat) DropLastRepeatLocked();
   last_seq_ = counter_->Next();
   frame.response.set_seq(last_seq_);
@@ -63,46 +63,76 @@ void JobFeed::DropOldSkippableLocked() {
   }
 }
 
-std::vector<std::shared_ptr<FeedListener>> JobFeed::ListenersLocked() {
-  std::vector<std::shared_ptr<FeedListener>> alive;
+JobFeed::Listeners JobFeed::ListenersLocked() {
+  Listeners alive;
   for (const auto& weak : listeners_) {
     if (auto listener = weak.lock()) alive.push_back(std::move(listener));
   }
   return alive;
 }
 
-void JobFeed::PublishJob(const Job& job) {
-  std::vector<std::shared_ptr<FeedListener>> listeners;
+JobFeed::Listeners JobFeed::TakeJob(const Job& job, Known known, Before before) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (IsFinal(current_.state())) return {};
+  if (before == Before::kForget || job.state() == Job::QUEUED ||
+      job.attempt_count() != current_.attempt_count()) {
+    current_.clear_progress();
+    current_.clear_stages();
+  }
+  Job merged = job;
+  if (merged.stages().empty()) *merged.mutable_stages() = current_.stages();
+  if (!merged.has_progress() && current_.has_progress()) {
+    *merged.mutable_progress() = current_.progress();
+  }
+  const bool is_known = google::protobuf::util::MessageDifferencer::Equals(merged, current_);
+  if (is_known && known == Known::kSkip) return {};
+  current_ = merged;
+  Frame frame;
+  frame.kind = is_known ? FrameKind::kRepeat : FrameKind::kNews;
+  *frame.response.mutable_job() = std::move(merged);
+  return AppendLocked(std::move(frame));
+}
+
+void JobFeed::PublishJob(const Job& job) { WakeAll(TakeJob(job, Known::kRepeat, Before::kKeep)); }
+
+absl::StatusOr<Job> JobFeed::PublishInOrder(const JobSource& read, Before before) {
+  Listeners listeners;
+  absl::StatusOr<Job> job;
+  {
+    std::lock_guard<std::mutex> reading(reading_mutex_);
+    job = read();
+    if (job.ok()) listeners = TakeJob(*job, Known::kSkip, before);
+  }
+  WakeAll(listeners);
+  return job;
+}
+
+absl::StatusOr<Job> JobFeed::PublishRead(const JobSource& read) {
+  return PublishInOrder(read, Before::kKeep);
+}
+
+absl::StatusOr<Job> JobFeed::PublishBegun(const JobSource& read) {
+  return PublishInOrder(read, Before::kForget);
+}
+
+void JobFeed::Repeat() {
+  Listeners listeners;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    Job merged = job;
-    if (merged.stages().empty()) *merged.mutable_stages() = current_.stages();
-    if (!merged.has_progress() && current_.has_progress()) {
-      *merged.mutable_progress() = current_.progress();
-    }
-    const bool is_known = google::protobuf::util::MessageDifferencer::Equals(merged, current_);
-    current_ = merged;
+    if (IsFinal(current_.state())) return;
     Frame frame;
-    frame.kind = is_known ? FrameKind::kRepeat : FrameKind::kNews;
-    *frame.response.mutable_job() = std::move(merged);
+    frame.kind = FrameKind::kRepeat;
+    *frame.response.mutable_job() = current_;
     listeners = AppendLocked(std::move(frame));
   }
   WakeAll(listeners);
 }
 
-void JobFeed::PublishRequeued(const Job& job) {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    current_.clear_progress();
-    current_.clear_stages();
-  }
-  PublishJob(job);
-}
-
 void JobFeed::PublishProgress(const amhex::v1::Progress& progress) {
-  std::vector<std::shared_ptr<FeedListener>> listeners;
+  Listeners listeners;
   {
     std::lock_guard<std::mutex> lock(mutex_);
+    if (IsFinal(current_.state())) return;
     *current_.mutable_progress() = progress;
     Frame frame;
     frame.kind = FrameKind::kProgress;
@@ -113,9 +143,10 @@ void JobFeed::PublishProgress(const amhex::v1::Progress& progress) {
 }
 
 void JobFeed::PublishStage(const amhex::v1::StageReport& stage) {
-  std::vector<std::shared_ptr<FeedListener>> listeners;
+  Listeners listeners;
   {
     std::lock_guard<std::mutex> lock(mutex_);
+    if (IsFinal(current_.state())) return;
     *current_.add_stages() = stage;
     Frame frame;
     *frame.response.mutable_stage() = stage;
@@ -125,7 +156,7 @@ void JobFeed::PublishStage(const amhex::v1::StageReport& stage) {
 }
 
 void JobFeed::Close(const absl::Status& reason) {
-  std::vector<std::shared_ptr<FeedListener>> listeners;
+  Listeners listeners;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     closed_ = reason;
@@ -155,7 +186,7 @@ int32_t JobFeed::reader_count() const {
 }
 
 void JobFeed::WakeReaders() {
-  std::vector<std::shared_ptr<FeedListener>> listeners;
+  Listeners listeners;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     listeners = ListenersLocked();

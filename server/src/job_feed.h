@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -57,11 +58,20 @@ class JobFeed {
   // `job` is the job as it stands; its frame is the feed's first.
   JobFeed(const amhex::v1::Job& job, FrameCounter* counter);
 
+  // A job that has become final stays as it is: what is published later is not heard. One that is
+  // queued or in another attempt loses the progress and stages of the attempt before.
   void PublishJob(const amhex::v1::Job& job);
   void PublishProgress(const amhex::v1::Progress& progress);
   void PublishStage(const amhex::v1::StageReport& stage);
-  // Forgets progress and stages of an attempt that is over, then publishes.
-  void PublishRequeued(const amhex::v1::Job& job);
+  // Where several threads read a job from the store and publish it: they do so one after another,
+  // so that none publishes what another's news have overtaken. A job that the readers know already
+  // is not told again; nor is anything where `read` fails. Returns what was read. `read` may block.
+  using JobSource = std::function<absl::StatusOr<amhex::v1::Job>()>;
+  absl::StatusOr<amhex::v1::Job> PublishRead(const JobSource& read);
+  // The same for an attempt that begins: progress and stages are forgotten in any case.
+  absl::StatusOr<amhex::v1::Job> PublishBegun(const JobSource& read);
+  // Tells the job once more as it is, to break a silence, unless it is final.
+  void Repeat();
   // Ends every stream with `reason` once it has read what there is.
   void Close(const absl::Status& reason);
 
@@ -83,13 +93,20 @@ class JobFeed {
     bool can_be_skipped() const { return kind != FrameKind::kNews; }
   };
 
-  // Appends under the lock; returns whom to wake.
-  std::vector<std::shared_ptr<FeedListener>> AppendLocked(Frame frame);
+  using Listeners = std::vector<std::shared_ptr<FeedListener>>;
+  enum class Known { kRepeat, kSkip };   // what to do with a job that the readers know
+  enum class Before { kKeep, kForget };  // the progress and stages that the feed has
+
+  absl::StatusOr<amhex::v1::Job> PublishInOrder(const JobSource& read, Before before);
+  // Both append and return whom to wake.
+  Listeners TakeJob(const amhex::v1::Job& job, Known known, Before before);
+  Listeners AppendLocked(Frame frame);
   void DropLastRepeatLocked();
   void DropOldSkippableLocked();
-  std::vector<std::shared_ptr<FeedListener>> ListenersLocked();
+  Listeners ListenersLocked();
 
   FrameCounter* const counter_;
+  std::mutex reading_mutex_;  // held while a job is read and taken; before mutex_
   mutable std::mutex mutex_;
   amhex::v1::Job current_;
   std::deque<Frame> frames_;  // ascending by seq

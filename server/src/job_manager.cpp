@@ -268,8 +268,7 @@ absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
   // The feed is made before the job is read, so that no change between the two is missed.
   AMHEX_ASSIGN_OR_RETURN(const Job before, GetSeen(caller, id));
   const auto feed = FeedFor(id, before);
-  AMHEX_ASSIGN_OR_RETURN(const Job after, store_->Get(id));
-  if (after.state() != feed->state()) feed->PublishJob(after);
+  AMHEX_RETURN_IF_ERROR(PublishTo(feed, id).status());
   auto reader = FeedReader::Open(feed, request.after_seq(), FromProto(request.min_interval()),
                                  options_.limits.max_watcher_count, std::move(listener));
   if (options_.relay) RefreshForeignFeed(id, feed);
@@ -280,16 +279,14 @@ absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
   return reader;
 }
 
+absl::StatusOr<Job> JobManager::PublishTo(const std::shared_ptr<JobFeed>& feed,
+                                          const std::string& id) {
+  return feed->PublishRead([this, &id] { return store_->Get(id); });
+}
+
 void JobManager::PublishStored(const std::string& id) {
   const auto feed = FindFeed(id);
-  if (!feed) return;
-  const auto job = store_->Get(id);
-  if (!job.ok()) return;
-  if (job->state() == Job::QUEUED) {
-    feed->PublishRequeued(*job);
-  } else {
-    feed->PublishJob(*job);
-  }
+  if (feed) PublishTo(feed, id).IgnoreError();
 }
 
 void JobManager::WakeSlots() {

@@ -195,7 +195,9 @@ class JobManager {
   void Finish(Attempt& attempt, const FinalOutcome& outcome);
   void CountFinished(const amhex::v1::Job& job);
   void Forget(const Attempt& attempt);
-  // Reads the job anew and tells its watchers.
+  // Both read the job anew and tell its watchers.
+  absl::StatusOr<amhex::v1::Job> PublishTo(const std::shared_ptr<JobFeed>& feed,
+                                           const std::string& id);
   void PublishStored(const std::string& id);
   void PublishFinished(const std::string& id);
   void WakeSlots();

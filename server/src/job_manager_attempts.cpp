@@ -98,7 +98,7 @@ std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
   if (options_.relay) options_.relay->Unfollow(next.id);
   // A cancel that came between the claim and the entry above left only its mark in the store.
   if (!KeepLease(*attempt)) return nullptr;
-  feed->PublishRequeued(job);
+  if (!feed->PublishBegun([&] { return store_->Get(next.id); }).ok()) feed->PublishJob(job);
   return attempt;
 }
 
@@ -289,7 +289,9 @@ void JobManager::TendWatchedFeeds() {
     readers += feed->reader_count();
     const absl::Duration quiet = absl::Now() - feed->last_publish_time();
     if (quiet > options_.quiet_feed_interval && !IsFinal(feed->state())) {
-      feed->PublishJob(feed->Current());
+      // A second chance for news that the store failed to give; in a cluster, see TendForeignFeeds.
+      if (!options_.relay) PublishStored(JobIdFromName(feed->Current().name()));
+      feed->Repeat();
     }
     feed->WakeReaders();
   }

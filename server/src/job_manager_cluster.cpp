@@ -47,17 +47,10 @@ void JobManager::TendForeignFeeds() {
 }
 
 void JobManager::RefreshForeignFeed(const std::string& id, const std::shared_ptr<JobFeed>& feed) {
-  const Job shown = feed->Current();
-  if (IsFinal(shown.state()) || FindAttempt(id)) return;
-  const auto job = store_->Get(id);
+  if (IsFinal(feed->state()) || FindAttempt(id)) return;
+  const auto job = PublishTo(feed, id);
   if (absl::IsNotFound(job.status())) feed->Close(job.status());
   if (!job.ok()) return;
-  if (job->attempt_count() != shown.attempt_count() ||
-      (job->state() == Job::QUEUED && shown.state() != Job::QUEUED)) {
-    feed->PublishRequeued(*job);
-  } else if (job->state() != shown.state() || job->cancel_requested() != shown.cancel_requested()) {
-    feed->PublishJob(*job);
-  }
   if (job->state() != Job::RUNNING) return;
   const auto address = store_->RunnerAddress(id);
   // A job that runs here by the store, but not by this node's knowledge, has just been claimed, or

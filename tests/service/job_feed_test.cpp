@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "absl/time/clock.h"
 #include "errors.h"
 
 namespace amhex::server {
@@ -153,7 +156,7 @@ TEST_F(JobFeedTest, JobPublishedAgainAsItWasTakesNoMoreRoom) {
   const auto reader = Open();
   int64_t last = Take(reader.get()).seq();
   for (int i = 0; i < 5000; ++i) {
-    feed_->PublishJob(feed_->Current());
+    feed_->Repeat();
     // Whoever waits hears of each.
     const WatchJobResponse frame = Take(reader.get());
     EXPECT_EQ(frame.job().state(), Job::QUEUED);
@@ -171,11 +174,11 @@ TEST_F(JobFeedTest, JobPublishedAgainDoesNotHideWhatCameBefore) {
   const auto reader = Open();
   Take(reader.get());
   feed_->PublishJob(MakeJob(Job::RUNNING));
-  feed_->PublishJob(feed_->Current());
+  feed_->Repeat();
   feed_->PublishStage({});
-  feed_->PublishJob(feed_->Current());
+  feed_->Repeat();
   feed_->PublishJob(MakeJob(Job::SUCCEEDED));
-  feed_->PublishJob(feed_->Current());
+  feed_->Repeat();
   std::vector<std::string> told;
   for (const auto& frame : TakeAll(reader.get())) {
     told.push_back(frame.has_stage() ? "stage" : Job::State_Name(frame.job().state()));
@@ -190,7 +193,7 @@ TEST_F(JobFeedTest, SilencesBetweenProgressTakeNoMoreRoomThanProgress) {
   const int64_t seen = Take(reader.get()).seq();
   for (int i = 0; i < 5000; ++i) {
     feed_->PublishProgress(Iteration(i));
-    feed_->PublishJob(feed_->Current());
+    feed_->Repeat();
   }
   EXPECT_LT(TakeAll(Open(seen).get()).size(), 2000u);
 }
@@ -251,9 +254,67 @@ TEST_F(JobFeedTest, ReadersBeyondTheLimitAreRefused) {
 TEST_F(JobFeedTest, RequeuedJobForgetsTheProgressOfItsLostAttempt) {
   feed_->PublishProgress(Iteration(9));
   feed_->PublishStage({});
-  feed_->PublishRequeued(MakeJob(Job::QUEUED));
+  feed_->PublishJob(MakeJob(Job::QUEUED));
   EXPECT_FALSE(feed_->Current().has_progress());
   EXPECT_EQ(feed_->Current().stages_size(), 0);
+}
+
+TEST_F(JobFeedTest, AttemptThatBeginsForgetsTheProgressOfOneThatWasGivenBack) {
+  feed_->PublishJob(MakeJob(Job::RUNNING));
+  feed_->PublishProgress(Iteration(9));
+  feed_->PublishStage({});
+  ASSERT_TRUE(feed_->PublishBegun([] { return MakeJob(Job::RUNNING); }).ok());
+  EXPECT_FALSE(feed_->Current().has_progress());
+  EXPECT_EQ(feed_->Current().stages_size(), 0);
+}
+
+TEST_F(JobFeedTest, FinalJobStaysFinalWhateverIsPublishedLate) {
+  const auto reader = Open();
+  Take(reader.get());
+  feed_->PublishJob(MakeJob(Job::FAILED));
+  feed_->PublishJob(MakeJob(Job::RUNNING));
+  feed_->PublishProgress(Iteration(1));
+  feed_->PublishStage({});
+  feed_->Repeat();
+  ASSERT_TRUE(feed_->PublishRead([] { return MakeJob(Job::QUEUED); }).ok());
+  EXPECT_EQ(feed_->state(), Job::FAILED);
+  EXPECT_EQ(Take(reader.get()).job().state(), Job::FAILED);
+  EXPECT_TRUE(reader->Next(now_).end.has_value());
+}
+
+// A store whose answers grow old on their way: each is the newest when it is read.
+TEST_F(JobFeedTest, WhatWasReadEarlierIsNeverPublishedLater) {
+  const auto reader = Open();
+  Take(reader.get());
+  std::atomic<int> version = 0;
+  const auto read = [&]() -> absl::StatusOr<Job> {
+    Job job = MakeJob(Job::RUNNING);
+    job.set_priority(++version);
+    absl::SleepFor(absl::Microseconds(job.priority() % 7 * 50));
+    return job;
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      for (int k = 0; k < 50; ++k) EXPECT_TRUE(feed_->PublishRead(read).ok());
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  const auto frames = TakeAll(reader.get());
+  ASSERT_EQ(frames.size(), 200u);
+  for (size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i].job().priority(), static_cast<int>(i) + 1);
+  }
+}
+
+TEST_F(JobFeedTest, JobReadAgainAsItWasIsNotToldAgain) {
+  const auto reader = Open();
+  Take(reader.get());
+  ASSERT_TRUE(feed_->PublishRead([] { return MakeJob(Job::QUEUED); }).ok());
+  EXPECT_FALSE(reader->Next(now_).frame.has_value());
+  EXPECT_EQ(feed_->PublishRead([] { return absl::InternalError("disk"); }).status(),
+            absl::InternalError("disk"));
+  EXPECT_FALSE(reader->Next(now_).frame.has_value());
 }
 
 TEST_F(JobFeedTest, ClosedFeedEndsStreamsWithItsReason) {
