@@ -1,8 +1,11 @@
 #include "closure/filling_points.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
+#include "absl/container/flat_hash_set.h"
 #include "geometry/point_bins.h"
 #include "input/hull_queries.h"
 
@@ -12,6 +15,8 @@ namespace {
 constexpr double kReach = 1.6;            // hull points this near to an open face may be needed
 constexpr double kMinSpacing = 0.62;      // between new points, and from existing vertices
 constexpr double kFeatureSpacing = 0.35;  // corners and sharp edges are worth shorter edges
+constexpr double kCandidateSpacing = 0.5 * kMinSpacing;
+constexpr double kLeastNeedle = 2.0;  // triangles shorter than this are cheap however thin
 constexpr double kHullFaceClearance =
     0.3;                                 // hull points nearer to an existing hull face are its own
 constexpr double kInteriorDepth = 0.55;  // interior points keep this far from the hull
@@ -148,17 +153,80 @@ class PointAdder {
   }
 
   void AddHullPoints() {
-    for (const auto& [ia, ib, ic] : hull_.triangles) {
-      const Vec3d& a = hull_.vertices[ia];
-      const Vec3d ab = hull_.vertices[ib] - a, ac = hull_.vertices[ic] - a;
-      const double length = std::max({Norm(ab), Norm(ac), Norm(ac - ab)});
-      const Vec3d centre = a + (ab + ac) / 3.0;
-      if (!NearCavity(centre, kReach + length)) continue;
-      const int steps = std::max(1, static_cast<int>(std::ceil(length / (0.5 * kMinSpacing))));
-      for (int i = 0; i <= steps; ++i) {
-        for (int j = 0; i + j <= steps; ++j) {
-          TryHullPoint(a + ab * (double(i) / steps) + ac * (double(j) / steps), kMinSpacing);
-        }
+    Box3d near;
+    for (const Vec3d& centre : open_centres_) near.Extend(centre);
+    near.low -= Vec3d{kReach, kReach, kReach};
+    near.high += Vec3d{kReach, kReach, kReach};
+    for (const auto& t : hull_.triangles) {
+      std::array<Vec3d, 3> corners;
+      for (size_t i = 0; i < 3; ++i) corners[i] = hull_.vertices[static_cast<size_t>(t[i])];
+      const Vec3d low = ComponentMin(ComponentMin(corners[0], corners[1]), corners[2]);
+      const Vec3d high = ComponentMax(ComponentMax(corners[0], corners[1]), corners[2]);
+      if (!IsBelow(low, near.high) || !IsBelow(near.low, high)) continue;
+      if (IsNeedle(corners)) {
+        TryNeedle(corners, near);
+      } else {
+        TryTriangle(corners);
+      }
+    }
+  }
+
+  static bool IsBelow(const Vec3d& a, const Vec3d& b) {
+    return a.x <= b.x && a.y <= b.y && a.z <= b.z;
+  }
+
+  // Turns the corners so that the longest edge comes first; true where nothing is far from it.
+  static bool IsNeedle(std::array<Vec3d, 3>& corners) {
+    const auto squared = [&](size_t i) { return SquaredNorm(corners[(i + 1) % 3] - corners[i]); };
+    size_t first = 0;
+    for (size_t i = 1; i < 3; ++i) {
+      if (squared(i) > squared(first)) first = i;
+    }
+    const double longest = std::sqrt(squared(first));
+    if (longest <= kLeastNeedle) return false;
+    const double height = Norm(Cross(corners[1] - corners[0], corners[2] - corners[0])) / longest;
+    if (height > kCandidateSpacing) return false;
+    std::rotate(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(first),
+                corners.end());
+    return true;
+  }
+
+  // Candidates along the longest edge, as far as it runs through `near`. Of the many that a fan of
+  // needles has at one place the first is tried.
+  void TryNeedle(const std::array<Vec3d, 3>& corners, const Box3d& near) {
+    const Vec3d along = corners[1] - corners[0];
+    double begin = 0, end = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = near.low[axis] - corners[0][axis];
+      const double high = near.high[axis] - corners[0][axis];
+      if (along[axis] == 0) {
+        if (low > 0 || high < 0) return;
+        continue;
+      }
+      begin = std::max(begin, std::min(low / along[axis], high / along[axis]));
+      end = std::min(end, std::max(low / along[axis], high / along[axis]));
+    }
+    const double steps = std::ceil(Norm(along) / kCandidateSpacing);
+    for (double k = std::ceil(begin * steps); k <= end * steps; ++k) {
+      const Vec3d p = corners[0] + along * (k / steps);
+      std::array<int64_t, 3> place;
+      for (int axis = 0; axis < 3; ++axis) {
+        place[axis] = static_cast<int64_t>(std::floor(p[axis] / (0.5 * kCandidateSpacing)));
+      }
+      if (tried_places_.insert(place).second) TryHullPoint(p, kMinSpacing);
+    }
+  }
+
+  void TryTriangle(const std::array<Vec3d, 3>& corners) {
+    const Vec3d& a = corners[0];
+    const Vec3d ab = corners[1] - a, ac = corners[2] - a;
+    const double length = std::max({Norm(ab), Norm(ac), Norm(ac - ab)});
+    const Vec3d centre = a + (ab + ac) / 3.0;
+    if (length < kLeastNeedle && !NearCavity(centre, kReach + length)) return;
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / kCandidateSpacing)));
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; i + j <= steps; ++j) {
+        TryHullPoint(a + ab * (double(i) / steps) + ac * (double(j) / steps), kMinSpacing);
       }
     }
   }
@@ -189,6 +257,7 @@ class PointAdder {
   const PointBins* vertex_bins_ = nullptr;
   const PointBins* cell_bins_ = nullptr;
   const PointBins* hull_face_bins_ = nullptr;
+  absl::flat_hash_set<std::array<int64_t, 3>> tried_places_;  // of needles; only looked up
 };
 
 }  // namespace

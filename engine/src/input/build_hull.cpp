@@ -16,6 +16,7 @@
 #include "input/edge_length.h"
 #include "input/hull_checks.h"
 #include "input/hull_queries.h"
+#include "input/merge_needles.h"
 #include "input/rebuild_surface.h"
 #include "input/sharp_features.h"
 #include "input/surface_topology.h"
@@ -245,6 +246,14 @@ absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingPar
   const double h = sized.user_edge_length / unit.scale;
   AMHEX_RETURN_IF_ERROR(
       CheckMemory(sized.volume / (h * h * h), input, params.run.memory_limit_bytes));
+  const int64_t joined =
+      MergeNeedles(h, params.input.sharp_angle_degrees, sized.closed.mesh, StopPoll(run));
+  if (joined > 0) {
+    sized.volume = VolumeOf(sized.closed.mesh);
+    sized.closed.warnings.push_back(absl::StrCat(
+        "triangles that reach across cells far wider than they are, joined with neighbours: ",
+        joined));
+  }
   return MakeHull(std::move(sized), unit, params, StopPoll(run), &device);
 }
 

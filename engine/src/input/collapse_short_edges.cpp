@@ -23,18 +23,18 @@ class Collapser {
     }
   }
 
-  int64_t Run() {
+  int64_t Run(const std::vector<MeshEdge>& candidates, const StopPoll& poll) {
     std::vector<std::tuple<double, int32_t, int32_t>> edges;
-    for (const auto& t : mesh_.triangles) {
-      for (size_t i = 0; i < 3; ++i) {
-        const int32_t u = t[i], v = t[(i + 1) % 3];
-        const double length = Norm(At(u) - At(v));
-        if (u < v && length < shortest_) edges.emplace_back(length, u, v);
-      }
+    for (const auto& [u, v] : candidates) {
+      const double length = Norm(At(u) - At(v));
+      if (length < shortest_) edges.emplace_back(length, u, v);
     }
     std::sort(edges.begin(), edges.end());
-    int64_t collapses = 0;
-    for (const auto& [length, u, v] : edges) collapses += Collapse(u, v) ? 1 : 0;
+    int64_t collapses = 0, seen = 0;
+    for (const auto& [length, u, v] : edges) {
+      poll.At(seen++);
+      collapses += Collapse(u, v) ? 1 : 0;
+    }
     return collapses;
   }
 
@@ -81,7 +81,9 @@ class Collapser {
     std::set_intersection(of_u.begin(), of_u.end(), of_v.begin(), of_v.end(),
                           std::back_inserter(both));
     if (both.size() != 2) return false;
-    return NeighboursOf(both[0]).size() > 3 && NeighboursOf(both[1]).size() > 3;
+    // A vertex of a closed surface has as many neighbours as triangles.
+    return around_[static_cast<size_t>(both[0])].size() > 3 &&
+           around_[static_cast<size_t>(both[1])].size() > 3;
   }
 
   bool TurnsTriangleOver(int32_t moved, int32_t other, const Vec3d& to) const {
@@ -142,8 +144,20 @@ class Collapser {
 }  // namespace
 
 int64_t CollapseShortEdges(double shortest, TriangleMesh& mesh, std::vector<uint8_t>& rank) {
+  std::vector<MeshEdge> edges;
+  for (const auto& t : mesh.triangles) {
+    for (size_t i = 0; i < 3; ++i) {
+      const int32_t u = t[i], v = t[(i + 1) % 3];
+      if (u < v) edges.push_back({u, v});
+    }
+  }
+  return CollapseShortEdges(shortest, edges, mesh, rank);
+}
+
+int64_t CollapseShortEdges(double shortest, const std::vector<MeshEdge>& edges, TriangleMesh& mesh,
+                           std::vector<uint8_t>& rank, const StopPoll& poll) {
   Collapser collapser(shortest, mesh, rank);
-  const int64_t collapses = collapser.Run();
+  const int64_t collapses = collapser.Run(edges, poll);
   collapser.Compact();
   return collapses;
 }

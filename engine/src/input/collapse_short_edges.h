@@ -1,10 +1,12 @@
 // Takes slivers out of a closed surface without changing its shape or topology.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "amhex/input_hull.h"
+#include "base/stop_poll.h"
 
 namespace amhex {
 
@@ -14,5 +16,10 @@ namespace amhex {
 // a triangle over. Unused vertices are dropped from `mesh` and `rank`. Returns the number of
 // collapses.
 int64_t CollapseShortEdges(double shortest, TriangleMesh& mesh, std::vector<uint8_t>& rank);
+
+// The same for none but these edges, each given once.
+using MeshEdge = std::array<int32_t, 2>;  // vertices
+int64_t CollapseShortEdges(double shortest, const std::vector<MeshEdge>& edges, TriangleMesh& mesh,
+                           std::vector<uint8_t>& rank, const StopPoll& poll = {});
 
 }  // namespace amhex
