@@ -53,16 +53,6 @@ class PointIndex {
     }
   }
 
-  // Whether VisitNear(p, radius) visits a point at `q`.
-  bool Visits(const Vec3d& p, double radius, const Vec3d& q) const {
-    const auto is_in_range = [&](int axis) {
-      const int64_t bin = Bin(q[axis] - box_.low[axis]);
-      return Bin(p[axis] - radius - box_.low[axis]) <= bin &&
-             bin <= Bin(p[axis] + radius - box_.low[axis]);
-    };
-    return p.x - radius <= q.x && q.x <= p.x + radius && is_in_range(1) && is_in_range(2);
-  }
-
  private:
   struct Item {
     double x = 0;

@@ -49,6 +49,8 @@ constexpr double kLost = 1.0;
 // vertices inside giving way, each at so many places.
 constexpr size_t kMostPressed = 3;
 constexpr size_t kPlacesPressed = 2;
+// What sweeps move by less leaves answers as they were, edge lengths.
+constexpr double kStirred = 0.01;
 // A move across a gap is at most this long, edge lengths.
 constexpr double kLongestMove = 0.7;
 
@@ -62,12 +64,12 @@ class Follower {
         floor_(std::clamp(SummarizeQuality(placement.complex).min_scaled_jacobian, kLeastFloor,
                           kMostFloor)),
         moved_(placement.complex.vertices.size(), 0),
+        changed_(moved_.size(), 0),
+        refusals_(moved_.size()),
         press_(placement, floor_) {}
 
   absl::Status CloseGaps(const std::vector<Gap>& gaps, const RunContext& run) {
     std::vector<Vec3d> places;
-    moves_.clear();
-    in_vain_.assign(moved_.size(), {});
     for (const Gap& gap : gaps) {
       if (absl::Status status = run.CheckStop(); !status.ok()) return status;
       const bool is_known = std::any_of(places.begin(), places.end(), [&](const Vec3d& p) {
@@ -82,16 +84,23 @@ class Follower {
 
   // Raises the average around what has moved, which stays.
   absl::Status RegainQuality(const RunContext& run) {
+    const std::vector<Vec3d> before = placement_.complex.vertices;
     SweepMemory memory = StartSweeps(static_cast<int64_t>(moved_.size()));
     std::fill(memory.active.begin(), memory.active.end(), 0);
     NoteMoves(moved_, placement_, memory, StopPoll(run));
     for (size_t v = 0; v < moved_.size(); ++v) {
       if (moved_[v]) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
     }
-    return RunSweeps(
+    AMHEX_RETURN_IF_ERROR(RunSweeps(
         placement_,
         {QualityAim::kAverage, kAverageTarget, floor_, CornerPenalty{.kind = EnergyKind::kMinima}},
-        kSweepsPerPass, memory, run);
+        kSweepsPerPass, memory, run));
+    for (size_t v = 0; v < before.size(); ++v) {
+      if (Norm(placement_.complex.vertices[v] - before[v]) > kStirred) {
+        NoteChange(static_cast<int32_t>(v));
+      }
+    }
+    return absl::OkStatus();
   }
 
  private:
@@ -100,9 +109,7 @@ class Follower {
     for (int round = 0; round < kMostRounds; ++round) {
       bool moved = false;
       for (const int32_t v : around) {
-        if (!IsWorthAsking(v) || !MoveVertex(v)) continue;
-        moves_.push_back(v);
-        moved = true;
+        if (!StandsRefused(v) && MoveVertex(v)) moved = true;
       }
       if (!moved) break;
     }
@@ -111,27 +118,31 @@ class Follower {
     }
   }
 
-  // A vertex that stayed where it was does so again until something around it has moved.
-  bool IsWorthAsking(int32_t v) {
-    Refusal& refusal = in_vain_[v];
-    if (refusal.reach < 0) return true;
-    for (size_t& move = refusal.seen_moves; move < moves_.size(); ++move) {
-      if (Matters(moves_[move], v, refusal.reach)) return true;
-    }
-    return false;
+  void NoteChange(int32_t v) { changed_[v] = ++clock_; }
+
+  // A vertex that stayed where it was does so again until something around it has moved: a corner
+  // of a cell at it or of a face of the boundary that is looked at.
+  bool StandsRefused(int32_t v) const {
+    const Refusal& refusal = refusals_[v];
+    if (refusal.choices.reach < 0) return false;
+    bool stands = !HasChangedAt(placement_.neighbourhoods.cells[v], refusal.asked_at);
+    sampling_.face_index().VisitNear(placement_.complex.vertices[v], refusal.choices.reach,
+                                     [&](int32_t f) {
+                                       const CellFace& face = placement_.complex.hull_faces[f];
+                                       for (int j = 0; j < face.count; ++j) {
+                                         stands = stands && changed_[face.v[j]] <= refusal.asked_at;
+                                       }
+                                     });
+    return stands;
   }
 
-  // Whether the place of `other` has a part in what MoveVertex(v) finds: as a corner of a cell at v
-  // or of a face of the boundary that is looked at.
-  bool Matters(int32_t other, int32_t v, double reach) const {
-    for (const int32_t c : placement_.neighbourhoods.cells[other]) {
+  // Whether any corner of the cells has moved since.
+  template <class Cells>
+  bool HasChangedAt(const Cells& cells, int64_t since) const {
+    return std::any_of(cells.begin(), cells.end(), [&](int32_t c) {
       const CellCorners& corners = placement_.complex.cells[c];
-      if (std::find(corners.begin(), corners.end(), v) != corners.end()) return true;
-    }
-    const auto faces = placement_.neighbourhoods.hull_faces[other];
-    return std::any_of(faces.begin(), faces.end(), [&](int32_t f) {
-      return sampling_.face_index().Visits(placement_.complex.vertices[v], reach,
-                                           sampling_.face_middles()[f]);
+      return std::any_of(corners.begin(), corners.end(),
+                         [&](int32_t v) { return changed_[v] > since; });
     });
   }
 
@@ -158,12 +169,6 @@ class Follower {
     Vec3d place;
     double cost;
   };
-  // That a vertex has found no better place.
-  struct Refusal {
-    double reach = -1;      // what was looked at, VertexDeviation::reach; < 0: no refusal
-    size_t seen_moves = 0;  // so many of moves_ have no part in it
-  };
-
   bool IsOnFeature(int32_t v) const {
     const VertexConstraint& constraint = placement_.constraints.vertex[v];
     if (constraint.kind != Constraint::kCrease && constraint.kind != Constraint::kCorner) {
@@ -180,6 +185,12 @@ class Follower {
     Deviation here;
     bool is_missed = false;  // something around is farther off than it may be
     std::vector<Choice> places;
+  };
+  // That a vertex has found no better place, or none that those inside make room for.
+  struct Refusal {
+    Choices choices;
+    int64_t asked_at = 0;     // by clock_
+    int64_t pressed_at = -1;  // the same; < 0: it was not pressed
   };
   Choices ChoicesFor(int32_t v) const {
     Choices choices;
@@ -208,14 +219,22 @@ class Follower {
   }
 
   bool MoveVertex(int32_t v) {
-    const Choices choices = ChoicesFor(v);
-    if (choices.reach >= 0) in_vain_[v] = {choices.reach, moves_.size()};
-    return MoveToBest(v, choices.here.cost, choices.places);
+    Refusal& refusal = refusals_[v];
+    refusal = {ChoicesFor(v), clock_};
+    return MoveToBest(v, refusal.choices.here.cost, refusal.choices.places);
   }
 
   // To the place that closes most, if the vertices inside can make room for it.
   bool PressVertex(int32_t v) {
-    Choices choices = ChoicesFor(v);
+    if (placement_.constraints.vertex[v].kind == Constraint::kFixed) return false;
+    Refusal& refusal = refusals_[v];
+    if (!StandsRefused(v)) {
+      refusal = {ChoicesFor(v), clock_};
+    } else if (refusal.pressed_at >= 0 &&
+               !HasChangedAt(press_.CellsAround(v), refusal.pressed_at)) {
+      return false;
+    }
+    Choices& choices = refusal.choices;
     if (!choices.is_missed) return false;
     std::stable_sort(choices.places.begin(), choices.places.end(),
                      [](const Choice& a, const Choice& b) { return a.cost < b.cost; });
@@ -223,11 +242,11 @@ class Follower {
       const Choice& choice = choices.places[i];
       if (!press_.Run(v, choice.place, kWorth * (choices.here.cost - choice.cost))) continue;
       moved_[v] = 1;
-      in_vain_[v] = {};
-      moves_.push_back(v);
-      moves_.insert(moves_.end(), press_.inner().begin(), press_.inner().end());
+      NoteChange(v);
+      for (const int32_t inner : press_.inner()) NoteChange(inner);
       return true;
     }
+    refusal.pressed_at = clock_;
     return false;
   }
 
@@ -278,8 +297,8 @@ class Follower {
     }
     if (!best.has_value()) return false;
     moved_[v] = 1;
-    in_vain_[v] = {};
     placement_.complex.vertices[v] = *best;
+    NoteChange(v);
     return true;
   }
 
@@ -288,9 +307,10 @@ class Follower {
   const DeviationLimits& limits_;
   const PlacementView view_;
   const double floor_;
-  std::vector<uint8_t> moved_;    // [vertex]
-  std::vector<Refusal> in_vain_;  // [vertex]
-  std::vector<int32_t> moves_;    // vertices in the order of their moves
+  std::vector<uint8_t> moved_;     // [vertex] onto a place that was chosen
+  std::vector<int64_t> changed_;   // [vertex] when it last moved, by clock_
+  std::vector<Refusal> refusals_;  // [vertex]
+  int64_t clock_ = 0;              // moves so far
   VertexPress press_;
 };
 

@@ -54,8 +54,7 @@ class HullSampling {
   const std::vector<Vec3d>& crease_points() const { return crease_points_; }
   const fields::PointIndex& point_index() const { return point_index_; }
   const fields::PointIndex& crease_index() const { return crease_index_; }
-  const std::vector<Vec3d>& face_middles() const { return face_middles_; }  // of the start
-  const fields::PointIndex& face_index() const { return face_index_; }      // by those
+  const fields::PointIndex& face_index() const { return face_index_; }  // of the start
 
  private:
   const Hull& hull_;

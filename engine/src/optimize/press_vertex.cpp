@@ -54,6 +54,11 @@ bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
   return false;
 }
 
+const std::vector<int32_t>& VertexPress::CellsAround(int32_t vertex) {
+  CollectAround(vertex);
+  return cells_;
+}
+
 // Moves the vertices inside; whether the bounds are kept then.
 bool VertexPress::Settle(const Bounds& bounds) {
   Survey();

@@ -25,6 +25,9 @@ class VertexPress {
   // few dozen vertices.
   bool Run(int32_t vertex, const Vec3d& place, double most_loss);
 
+  // All cells that the attempt at a vertex looks at, ascending, until the next call.
+  const std::vector<int32_t>& CellsAround(int32_t vertex);
+
   // The vertices that may have made room the last time.
   const std::vector<int32_t>& inner() const { return inner_; }
 
