@@ -71,14 +71,20 @@ struct BlobUpload::Partial {
   bool done = false;
 };
 
-BlobUpload::BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session)
-    : store_(store), partial_(std::move(partial)), session_(session) {
+BlobUpload::BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, std::string tenant)
+    : store_(store),
+      partial_(std::move(partial)),
+      tenant_(std::move(tenant)),
+      session_(++partial_->session) {
+  ++store_->active_uploads_;
+  ++store_->active_uploads_of_[tenant_];
   committed_size_ = writeback_begin_ = unhashed_prefix_ = partial_->committed_size;
 }
 
 BlobUpload::~BlobUpload() {
   std::lock_guard<std::mutex> lock(store_->mutex_);
   --store_->active_uploads_;
+  if (--store_->active_uploads_of_[tenant_] == 0) store_->active_uploads_of_.erase(tenant_);
   // The bytes stay on disk; only the open file and the digest's state are let go.
   const auto entry = store_->partials_.find(partial_->key);
   if (entry == store_->partials_.end() || entry->second != partial_) return;
@@ -250,18 +256,22 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::st
                                                                    const amhex::v1::BlobRef& blob) {
   if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(mutex_);
-  if (active_uploads_ >= limits_.max_upload_count) {
-    return WithRetryDelay(
-        MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::TOO_MANY_UPLOADS,
-                  std::to_string(active_uploads_) + " uploads are under way, which is the limit"),
-        kUploadRetryDelay);
-  }
+  if (auto status = CheckUploadCount(tenant); !status.ok()) return status;
   auto partial = FindOrMakePartial(UploadKey(tenant, blob.sha256()), blob);
   if (!partial.ok()) return partial.status();
   std::lock_guard<std::mutex> partial_lock((*partial)->mutex);
-  const int64_t session = ++(*partial)->session;
-  ++active_uploads_;
-  return std::unique_ptr<BlobUpload>(new BlobUpload(this, *partial, session));
+  return std::unique_ptr<BlobUpload>(new BlobUpload(this, *partial, tenant));
+}
+
+absl::Status BlobStore::CheckUploadCount(const std::string& tenant) const {
+  const auto own = active_uploads_of_.find(tenant);
+  const bool has_share =
+      own == active_uploads_of_.end() || own->second < limits_.max_tenant_upload_count();
+  if (active_uploads_ < limits_.max_upload_count && has_share) return absl::OkStatus();
+  const char* what = has_share ? "too many uploads are under way" : "too many of them are yours";
+  return WithRetryDelay(
+      MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::TOO_MANY_UPLOADS, what),
+      kUploadRetryDelay);
 }
 
 absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(
@@ -352,9 +362,7 @@ int64_t BlobStore::CollectBlob(const std::string& sha256, absl::Time older_than,
   const std::string hidden = private_folder_ + "/scratch/collected-" + sha256;
   bool is_hidden = false;
   const bool is_released = release(sha256, [&] {
-    if (LastTouched(shown) < older_than && rename(shown.c_str(), hidden.c_str()) == 0) {
-      is_hidden = true;
-    }
+    is_hidden |= LastTouched(shown) < older_than && rename(shown.c_str(), hidden.c_str()) == 0;
   });
   if (!is_hidden) return 0;
   int64_t freed = 0;

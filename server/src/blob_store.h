@@ -57,10 +57,11 @@ class BlobUpload {
  private:
   friend class BlobStore;
   struct Partial;
-  BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, int64_t session);
+  BlobUpload(BlobStore* store, std::shared_ptr<Partial> partial, std::string tenant);
 
   BlobStore* store_;
   const std::shared_ptr<Partial> partial_;
+  const std::string tenant_;
   int64_t session_ = 0;
   int64_t committed_size_ = 0;
   int64_t writeback_begin_ = 0;
@@ -121,6 +122,9 @@ class BlobStore {
   BlobStore(std::string root, const Limits& limits, std::string private_folder);
 
   absl::Status CheckRoom(int64_t more_bytes) const;
+  // Under the lock: RESOURCE_EXHAUSTED TOO_MANY_UPLOADS where all of them, or the tenant's share,
+  // are under way.
+  absl::Status CheckUploadCount(const std::string& tenant) const;
   std::string UploadPath(const std::string& key) const;
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
@@ -138,6 +142,7 @@ class BlobStore {
   int64_t total_bytes_ = 0;
   std::atomic<int64_t> uploading_bytes_{0};
   int32_t active_uploads_ = 0;
+  std::map<std::string, int32_t> active_uploads_of_;  // by tenant, those that have any
 };
 
 }  // namespace amhex::server

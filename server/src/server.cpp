@@ -164,7 +164,9 @@ absl::Status Server::Parts::OpenStores() {
   AMHEX_ASSIGN_OR_RETURN(manager, JobManager::Create(manager_options, std::move(places.store),
                                                      std::move(blobs), metrics.get()));
   WorkerPool::Options pool_options;
-  pool_options.command = {options.worker, options.limits.max_worker_memory_bytes};
+  pool_options.command.path = options.worker;
+  pool_options.command.memory_limit_bytes = options.limits.max_worker_memory_bytes;
+  pool_options.cuda_devices = options.cuda_devices;
   pool_options.worker_count = options.worker_count;
   pool_options.silence_patience = std::max(options.lease, kLeastSilencePatience);
   pool = std::make_unique<WorkerPool>(pool_options, manager.get());

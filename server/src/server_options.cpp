@@ -61,6 +61,10 @@ void AddServingFlags(CLI::App* app, ServerOptions* options) {
   app->add_flag("--insecure", options->insecure,
                 "Permit plaintext and unknown callers on addresses that other machines can reach")
       ->envname("AMHEX_INSECURE");
+  app->add_flag(
+         "--metrics-insecure", options->metrics_insecure,
+         "Permit the Prometheus page, plain HTTP, on an address that other machines can reach")
+      ->envname("AMHEX_METRICS_INSECURE");
   app->add_option("--data-dir", options->data_dir, "Folder of the queue and the blobs")
       ->envname("AMHEX_DATA_DIR")
       ->capture_default_str();
@@ -128,6 +132,11 @@ void AddWorkerFlags(CLI::App* app, ServerOptions* options) {
   app->add_option("--workers", options->worker_count, "Jobs that run at the same time")
       ->envname("AMHEX_WORKERS")
       ->capture_default_str();
+  app->add_option(
+         "--cuda-devices", options->cuda_devices,
+         "CUDA devices, numbers or UUIDs; each worker in turn sees one; empty: all see all")
+      ->envname("AMHEX_CUDA_DEVICES")
+      ->delimiter(',');
   options->limits.max_worker_memory_bytes = -1;
   app->add_option("--worker-memory-bytes", options->limits.max_worker_memory_bytes,
                   "Memory of one worker; 0: no bound; -1: 80 % of the machine's, shared")
@@ -293,12 +302,23 @@ absl::Status Validate(const ServerOptions& options) {
                     "if that is wanted");
     }
   }
+  if (!options.metrics_listen.empty() && !IsLocalAddress(options.metrics_listen) &&
+      !options.insecure && !options.metrics_insecure) {
+    return Refuse("--metrics-listen " + options.metrics_listen +
+                  " can be read by other machines in plain HTTP; give --metrics-insecure if that "
+                  "is wanted");
+  }
   if (const absl::Status status = ValidateStore(options); !status.ok()) return status;
   if (IsCluster(options) && callers_known && options.peer_token.empty()) {
     return Refuse("--peer-token is needed where nodes ask callers who they are");
   }
   if (options.worker_count < 1 || options.worker_count > 64) {
     return Refuse("--workers must be in [1, 64], got " + std::to_string(options.worker_count));
+  }
+  if (options.cuda_devices.size() > static_cast<size_t>(options.worker_count)) {
+    return Refuse("--cuda-devices names " + std::to_string(options.cuda_devices.size()) +
+                  " devices, but --workers only " + std::to_string(options.worker_count) +
+                  " workers to own them");
   }
   if (access(options.worker.c_str(), X_OK) != 0) {
     return Refuse("--worker " + options.worker + " is no executable file");

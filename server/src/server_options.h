@@ -18,8 +18,10 @@ struct ServerOptions {
   std::vector<std::string> listen = {"127.0.0.1:50051"};
   // Address of the Prometheus page, host:port; empty: none.
   std::string metrics_listen = "127.0.0.1:9464";
-  // Permits plaintext and unknown callers on addresses other machines can reach.
+  // Permits plaintext and unknown callers on addresses other machines can reach, for the page too.
   bool insecure = false;
+  // The same for the Prometheus page alone, which is always plain HTTP.
+  bool metrics_insecure = false;
   TlsFiles tls;
   // File of tokens (token_file.h); empty: callers need none.
   std::string tokens;
@@ -52,6 +54,9 @@ struct ServerOptions {
   // The worker's executable; empty: amhex-worker beside this executable.
   std::string worker;
   int worker_count = 1;
+  // CUDA devices, as CUDA_VISIBLE_DEVICES names them, one to each worker in turn; empty: each
+  // worker sees all.
+  std::vector<std::string> cuda_devices;
 
   // Time between NOT_SERVING and the end of accepting, for load balancers to notice.
   absl::Duration drain_delay = absl::ZeroDuration();

@@ -24,6 +24,8 @@ struct Limits {
   int32_t max_label_bytes = 256;
   int32_t max_watcher_count = 256;
   int32_t max_upload_count = 64;
+  // What one tenant may have of them, so that none can take all: three quarters, rounded up.
+  int32_t max_tenant_upload_count() const { return max_upload_count - max_upload_count / 4; }
   int32_t max_page_size = 1000;
   int64_t max_worker_memory_bytes = 0;   // 0: no bound
   int64_t max_running_memory_bytes = 0;  // of all jobs that run, as predicted; 0: no bound

@@ -1,5 +1,6 @@
 #include "worker_pool.h"
 
+#include <set>
 #include <utility>
 
 #include "errors.h"
@@ -48,9 +49,23 @@ void WorkerPool::ChangeQuarantinedCount(int change) {
   manager_->metrics().workers_quarantined.Set(count);
 }
 
+void WorkerPool::TakeHello(int worker, const amhex::worker::Hello& hello) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  hello_ = hello;
+  hellos_[worker] = hello;
+}
+
 amhex::worker::Hello WorkerPool::hello() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return hello_;
+  amhex::worker::Hello all = hello_;
+  all.clear_backends();
+  std::set<std::string> told;
+  for (const auto& entry : hellos_) {
+    for (const auto& backend : entry.second.backends()) {
+      if (told.insert(backend.SerializeAsString()).second) *all.add_backends() = backend;
+    }
+  }
+  return all;
 }
 
 std::vector<pid_t> WorkerPool::pids() const {

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -29,6 +30,8 @@ class WorkerPool {
   struct Options {
     WorkerCommand command;
     int worker_count = 1;
+    // Each worker in turn sees one of them; empty: as `command` says.
+    std::vector<std::string> cuda_devices;
     // A worker that was asked to stop is killed after this.
     absl::Duration stop_patience = absl::Seconds(5);
     // The same for a job that was cancelled: whoever cancels wants the worker back, and a stage
@@ -62,7 +65,7 @@ class WorkerPool {
   int ready_count() const { return ready_count_.load(); }
   // Workers held back because they keep failing the trial job.
   int quarantined_count() const { return quarantined_count_.load(); }
-  // The hello of the latest worker that came up; empty before.
+  // The hello of the latest worker that came up, with the backends of all; empty before.
   amhex::worker::Hello hello() const;
   // The process ids of the workers that are up; for tests and logs.
   std::vector<pid_t> pids() const;
@@ -75,11 +78,13 @@ class WorkerPool {
   const Options options_;
   JobManager* const manager_;
   void ChangeReadyCount(int change);
+  void TakeHello(int worker, const amhex::worker::Hello& hello);
   void ChangeQuarantinedCount(int change);
 
   std::function<void(int)> on_ready_change_;
   mutable std::mutex mutex_;
   amhex::worker::Hello hello_;
+  std::map<int, amhex::worker::Hello> hellos_;  // by the worker's number
   std::atomic<int> ready_count_{0};
   std::atomic<int> quarantined_count_{0};
   std::atomic<bool> stopping_{false};

@@ -8,7 +8,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "status_macros.h"
 #include "worker/worker_fd.h"
@@ -46,15 +48,32 @@ struct SpawnOptions {
   }
 };
 
+// This process's variables, and those of the command.
+std::vector<std::string> Environment(const WorkerCommand& command) {
+  const std::string visible = "CUDA_VISIBLE_DEVICES=";
+  std::vector<std::string> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string text = *variable;
+    const bool is_replaced = !command.cuda_device.empty() && text.starts_with(visible);
+    if (!is_replaced) variables.push_back(text);
+  }
+  if (!command.cuda_device.empty()) variables.push_back(visible + command.cuda_device);
+  return variables;
+}
+
 absl::StatusOr<pid_t> Spawn(const WorkerCommand& command, int socket) {
   SpawnOptions options(socket);
   std::string path = command.path;
   std::string flag = "--memory-limit-bytes";
   std::string value = std::to_string(command.memory_limit_bytes);
   std::array<char*, 4> arguments = {path.data(), flag.data(), value.data(), nullptr};
+  std::vector<std::string> variables = Environment(command);
+  std::vector<char*> environment;
+  for (std::string& variable : variables) environment.push_back(variable.data());
+  environment.push_back(nullptr);
   pid_t pid = 0;
   const int error = posix_spawn(&pid, path.c_str(), &options.actions, &options.attributes,
-                                arguments.data(), environ);
+                                arguments.data(), environment.data());
   if (error != 0) {
     return absl::UnavailableError("cannot start a worker: " +
                                   std::generic_category().message(error));
@@ -82,8 +101,8 @@ absl::StatusOr<std::unique_ptr<WorkerProcess>> WorkerProcess::Start(const Worker
   theirs.Reset();  // else the worker's end would never look closed from here
   std::unique_ptr<WorkerProcess> process(new WorkerProcess(pid, std::move(ours)));
   amhex::worker::FromWorker first;
-  AMHEX_ASSIGN_OR_RETURN(const auto outcome, process->channel_.Receive(&first, patience));
-  if (outcome != FrameChannel::Outcome::kFrame || !first.has_hello()) {
+  const auto outcome = process->channel_.Receive(&first, patience);
+  if (!outcome.ok() || *outcome != FrameChannel::Outcome::kFrame || !first.has_hello()) {
     return absl::UnavailableError("a worker did not say hello");
   }
   process->hello_ = first.hello();

@@ -17,6 +17,7 @@ namespace amhex::server {
 struct WorkerCommand {
   std::string path;                // of the executable
   int64_t memory_limit_bytes = 0;  // 0: no bound
+  std::string cuda_device = {};    // the one it sees, as CUDA_VISIBLE_DEVICES says; empty: all
 };
 
 // How a process ended.

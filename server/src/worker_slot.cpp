@@ -35,6 +35,13 @@ bool IsCrashSignal(int signal) {
          signal == SIGILL;
 }
 
+WorkerCommand CommandOf(const WorkerPool::Options& options, int number) {
+  WorkerCommand command = options.command;
+  const auto& devices = options.cuda_devices;
+  if (!devices.empty()) command.cuda_device = devices[static_cast<size_t>(number) % devices.size()];
+  return command;
+}
+
 absl::Status RunTimeout() {
   return MakeError(absl::StatusCode::kDeadlineExceeded, amhex::v1::RUN_TIMEOUT,
                    "the job ran longer than its run_timeout");
@@ -43,7 +50,11 @@ absl::Status RunTimeout() {
 }  // namespace
 
 WorkerSlot::WorkerSlot(WorkerPool* pool, int number)
-    : pool_(pool), manager_(pool->manager_), name_("worker-" + std::to_string(number)) {}
+    : pool_(pool),
+      manager_(pool->manager_),
+      number_(number),
+      name_("worker-" + std::to_string(number)),
+      command_(CommandOf(pool->options_, number)) {}
 
 WorkerSlot::~WorkerSlot() { Join(); }
 
@@ -97,7 +108,7 @@ bool WorkerSlot::NeedsProbe() const {
 
 absl::Status WorkerSlot::StartProcess() {
   const WorkerPool::Options& options = pool_->options_;
-  AMHEX_ASSIGN_OR_RETURN(process_, WorkerProcess::Start(options.command, options.start_patience));
+  AMHEX_ASSIGN_OR_RETURN(process_, WorkerProcess::Start(command_, options.start_patience));
   if (!NeedsProbe()) return absl::OkStatus();
   const absl::Status verdict =
       ProbeWorker(&process_->channel(), {manager_->ScratchPath(name_ + "-probe"),
@@ -139,13 +150,11 @@ bool WorkerSlot::EnsureProcess() {
   }
   SetQuarantined(false);
   pid_ = process_->pid();
-  {
-    std::lock_guard<std::mutex> lock(pool_->mutex_);
-    pool_->hello_ = process_->hello();
-  }
+  pool_->TakeHello(number_, process_->hello());
   pool_->ChangeReadyCount(1);
   LogInfo("worker_ready", {{"worker", name_},
                            {"worker_pid", int64_t{process_->pid()}},
+                           {"cuda_device", command_.cuda_device},
                            {"engine", process_->hello().engine_version()}});
   return true;
 }

@@ -66,7 +66,9 @@ class WorkerSlot {
 
   WorkerPool* const pool_;
   JobManager* const manager_;
+  const int number_;
   const std::string name_;
+  const WorkerCommand command_;
   std::unique_ptr<WorkerProcess> process_;
   std::atomic<pid_t> pid_{0};
   // Since a job or the trial last came to a verdict:

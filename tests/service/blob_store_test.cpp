@@ -138,6 +138,24 @@ TEST_F(BlobStoreTest, UploadsOfTenantsAreApartAlsoOfABlobThatIsThere) {
   EXPECT_EQ(store_->total_bytes(), blob_.size_bytes());
 }
 
+TEST_F(BlobStoreTest, NoTenantCanTakeAllUploads) {
+  limits_.max_upload_count = 8;
+  Reopen();
+  std::vector<std::unique_ptr<BlobUpload>> uploads;
+  absl::Status refused;
+  for (int i = 0; refused.ok(); ++i) {
+    auto upload = store_->StartUpload(kTenant, RefOf(std::to_string(i)));
+    refused = upload.status();
+    if (upload.ok()) uploads.push_back(*std::move(upload));
+  }
+  EXPECT_EQ(ReasonOf(refused), "TOO_MANY_UPLOADS");
+  EXPECT_EQ(uploads.size(), 6u);
+  const auto others = store_->StartUpload("bob", blob_);
+  EXPECT_TRUE(others.ok()) << others.status();
+  uploads.pop_back();
+  EXPECT_TRUE(store_->StartUpload(kTenant, RefOf("another")).ok());
+}
+
 TEST_F(BlobStoreTest, UploadsBeyondTheLimitAreRefused) {
   limits_.max_upload_count = 1;
   Reopen();

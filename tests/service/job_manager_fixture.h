@@ -6,6 +6,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "job.h"
 #include "job_id.h"
@@ -33,8 +34,9 @@ class JobManagerTest : public ::testing::Test {
     WorkerPool::Options pool_options;
     pool_options.command.path = AMHEX_SCRIPTED_WORKER;
     pool_options.worker_count = worker_count;
+    pool_options.cuda_devices = cuda_devices_;
     pool_options.stop_patience = absl::Milliseconds(300);
-    pool_options.decode_patience = absl::Milliseconds(500);
+    pool_options.decode_patience = absl::Seconds(2);
     pool_options.silence_patience = silence_patience_;
     pool_ = std::make_unique<WorkerPool>(pool_options, manager_.get());
     pool_->Start(nullptr);
@@ -83,6 +85,7 @@ class JobManagerTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   JobManager::Options options_;
+  std::vector<std::string> cuda_devices_;
   absl::Duration silence_patience_ = absl::Minutes(1);
   std::unique_ptr<Metrics> metrics_;
   std::unique_ptr<JobManager> manager_;

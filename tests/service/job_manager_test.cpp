@@ -60,7 +60,7 @@ TEST_F(JobManagerTest, InputThatKeepsTheDecoderBusyFailsOnce) {
   EXPECT_EQ(job.state(), Job::FAILED);
   EXPECT_EQ(ReasonOf(job.error()), "INPUT_DECODE_LIMIT");
   EXPECT_EQ(job.attempt_count(), 1);
-  EXPECT_EQ(Finished(Submit("decode; progress 1; deaf 700; succeed mesh;")).state(),
+  EXPECT_EQ(Finished(Submit("decode; progress 1; deaf 2500; succeed mesh;")).state(),
             Job::SUCCEEDED);
 }
 

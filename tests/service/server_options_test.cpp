@@ -46,6 +46,24 @@ TEST(ServerOptionsCheck, PlaintextBeyondTheMachineNeedsInsecure) {
   }
 }
 
+TEST(ServerOptionsCheck, TheMetricsPageBeyondTheMachineMustBeAskedFor) {
+  for (const char* open : {"0.0.0.0:9464", "9464", "[::]:9464", "127.0.0.1:9464,0.0.0.0:9465"}) {
+    const std::string page = std::string("--metrics-listen=") + open;
+    EXPECT_FALSE(Parse({page}).ok()) << open;
+    EXPECT_TRUE(Parse({page, "--metrics-insecure"}).ok()) << open;
+    EXPECT_TRUE(Parse({page, "--insecure"}).ok()) << open;
+    EXPECT_FALSE(Parse({"--metrics-insecure", "--listen=0.0.0.0:1"}).ok());
+  }
+  EXPECT_TRUE(Parse({"--metrics-listen=127.0.0.1:0"}).ok());
+  EXPECT_TRUE(Parse({"--metrics-listen", ""}).ok());
+}
+
+TEST(ServerOptionsCheck, EveryDeviceNeedsAWorker) {
+  EXPECT_TRUE(Parse({"--cuda-devices=0,1", "--workers=2"}).ok());
+  EXPECT_TRUE(Parse({"--cuda-devices=0,1", "--workers=5"}).ok());
+  EXPECT_FALSE(Parse({"--cuda-devices=0,1", "--workers=1"}).ok());
+}
+
 TEST(ServerOptionsCheck, EveryLimitThatIsToldCanBeSet) {
   const auto options =
       Parse({"--max-blob-bytes=7", "--max-blob-store-bytes=7", "--max-queued-jobs=7",

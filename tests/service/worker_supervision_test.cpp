@@ -55,6 +55,35 @@ TEST_F(WorkerSupervisionTest, WorkerThatFailsTheTrialIsHeldBackUntilItPasses) {
   EXPECT_EQ(pool_->quarantined_count(), 0);
 }
 
+TEST_F(WorkerSupervisionTest, AnEstimateForWhichNoWorkerStartsMayBeTriedAgain) {
+  Start();
+  for (const char* program : {"/bin/false", "/nowhere/amhex-worker"}) {
+    WorkerPool::Options options;
+    options.command.path = program;
+    WorkerPool pool(options, manager_.get());
+    const absl::Status status = pool.Estimate({}).status();
+    EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+    EXPECT_EQ(ReasonOf(ToRpcStatus(status)), "SERVER_FAULT");
+  }
+}
+
+TEST_F(WorkerSupervisionTest, EachWorkerInTurnSeesOneOfTheDevices) {
+  setenv("CUDA_VISIBLE_DEVICES", "7", 1);
+  cuda_devices_ = {"2", "GPU-b"};
+  Start(3);
+  EXPECT_TRUE(Eventually([&] { return pool_->ready_count() == 3; }));
+  std::vector<std::string> seen;
+  for (const pid_t pid : pool_->pids()) {
+    std::ifstream variables("/proc/" + std::to_string(pid) + "/environ");
+    for (std::string variable; std::getline(variables, variable, '\0');) {
+      if (variable.starts_with("CUDA_VISIBLE_DEVICES=")) seen.push_back(variable);
+    }
+  }
+  unsetenv("CUDA_VISIBLE_DEVICES");
+  const std::string name = "CUDA_VISIBLE_DEVICES=";
+  EXPECT_EQ(seen, (std::vector<std::string>{name + "2", name + "GPU-b", name + "2"}));
+}
+
 TEST_F(WorkerSupervisionTest, StoppingDoesNotWaitForAQuarantinedWorker) {
   std::ofstream(fault_) << "x";
   options_.limits.max_attempts = 100;
