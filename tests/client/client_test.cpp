@@ -64,6 +64,16 @@ v1::MeshingResult ResultFor(const AtMostHexaMesh& mesh, const std::string& bytes
   return result;
 }
 
+// The frames of a job that succeeds with `mesh`, which the fake server then holds.
+void PlaySuccess(const AtMostHexaMesh& mesh, FakeServer* server) {
+  const std::string bytes = EncodeForTest(mesh);
+  server->mesher.mesh = bytes;
+  server->blobs.stored[Sha256Hex(bytes)] = bytes;
+  auto last = StateFrame(v1::Job::SUCCEEDED);
+  *last.mutable_job()->mutable_result() = ResultFor(mesh, bytes);
+  server->mesher.frames = {StateFrame(v1::Job::RUNNING), ProgressFrame(1), ProgressFrame(2), last};
+}
+
 class ClientTest : public ::testing::Test {
  protected:
   FakeServer server_;
@@ -196,6 +206,34 @@ TEST(Client, AWatchThatFallsSilentIsBegunAnewWhereItWas) {
   EXPECT_EQ(server.mesher.watch_streams, 3);
 }
 
+TEST(Client, TransfersThatFallSilentAreBegunAnewWhereTheyWere) {
+  FakeServer server;
+  server.blobs.silent_streams = 2;
+  Client client({.address = server.address, .longest_silence = absl::Milliseconds(100)});
+  const std::string bytes = Bytes(5000);
+  const auto blob = client.Upload(bytes);
+  ASSERT_TRUE(blob.ok()) << blob.status();
+  EXPECT_EQ(server.blobs.stored[blob->sha256()], bytes);
+  EXPECT_GE(server.blobs.write_streams, 3);
+  const auto read = client.Download(*blob);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(*read, bytes);
+  EXPECT_GE(server.blobs.read_streams, 3);
+}
+
+TEST(Client, OneCallThatFallsSilentIsTakenUpByOrdinaryCalls) {
+  const AtMostHexaMesh mesh = Block(3, 1);
+  FakeServer server;
+  PlaySuccess(mesh, &server);
+  server.mesher.silent_streams = 1;
+  Client client({.address = server.address, .longest_silence = absl::Milliseconds(100)});
+  const auto meshed = client.Mesh({v1::INPUT_ENCODING_DRACO, "small"}, {});
+  ASSERT_TRUE(meshed.ok()) << meshed.status();
+  EXPECT_EQ(meshed->mesh.corners, mesh.corners);
+  EXPECT_EQ(server.mesher.mesh_streams, 1);
+  EXPECT_GE(server.mesher.watch_streams, 1);
+}
+
 TEST(Client, AnInterruptEndsWatchingSoon) {
   FakeServer server;
   server.mesher.frames = {StateFrame(v1::Job::RUNNING)};
@@ -242,16 +280,6 @@ TEST_F(ClientTest, MeshesThatDifferFromTheirStatisticsAreRefused) {
   count->set_cell_count(7);
   EXPECT_THAT(std::string(client_.FetchMesh(result).status().message()),
               HasSubstr("8 cells of type 8, but 7"));
-}
-
-// The frames of a job that succeeds with `mesh`, which the fake server then holds.
-void PlaySuccess(const AtMostHexaMesh& mesh, FakeServer* server) {
-  const std::string bytes = EncodeForTest(mesh);
-  server->mesher.mesh = bytes;
-  server->blobs.stored[Sha256Hex(bytes)] = bytes;
-  auto last = StateFrame(v1::Job::SUCCEEDED);
-  *last.mutable_job()->mutable_result() = ResultFor(mesh, bytes);
-  server->mesher.frames = {StateFrame(v1::Job::RUNNING), ProgressFrame(1), ProgressFrame(2), last};
 }
 
 TEST_F(ClientTest, OneCallGivesJobAndMesh) {

@@ -27,22 +27,34 @@ inline grpc::Status ErrorWithReason(grpc::StatusCode code, const std::string& re
   return {code, "said by the fake server", status.SerializeAsString()};
 }
 
+// What a server does that has forgotten a call.
+inline void WaitUntilCancelled(grpc::ServerContext* context) {
+  while (!context->IsCancelled()) {
+    gpr_sleep_until(
+        gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(10, GPR_TIMESPAN)));
+  }
+}
+
 // Keeps blobs in memory. Streams break after `bytes_per_stream` bytes.
 class FakeBlobs final : public v1::Blobs::Service {
  public:
   int64_t bytes_per_stream = 1 << 30;
   bool corrupts = false;
   int write_streams = 0, read_streams = 0;
+  int silent_streams = 0;  // so many of the first of each kind fall silent half way
   int64_t bytes_received = 0;
   std::map<std::string, std::string> stored;  // by SHA-256; may be incomplete
 
-  grpc::Status WriteBlob(grpc::ServerContext*, grpc::ServerReader<v1::WriteBlobRequest>* reader,
+  grpc::Status WriteBlob(grpc::ServerContext* context,
+                         grpc::ServerReader<v1::WriteBlobRequest>* reader,
                          v1::WriteBlobResponse* response) override {
     ++write_streams;
     v1::WriteBlobRequest request;
     std::string name;
     int64_t received = 0;
     while (reader->Read(&request)) {
+      if (received > 0 && write_streams <= silent_streams) WaitUntilCancelled(context);
+      if (context->IsCancelled()) break;
       if (request.has_blob()) name = request.blob().sha256();
       std::string& bytes = stored[name];
       if (request.offset() != static_cast<int64_t>(bytes.size())) {
@@ -68,7 +80,7 @@ class FakeBlobs final : public v1::Blobs::Service {
     return grpc::Status::OK;
   }
 
-  grpc::Status ReadBlob(grpc::ServerContext*, const v1::ReadBlobRequest* request,
+  grpc::Status ReadBlob(grpc::ServerContext* context, const v1::ReadBlobRequest* request,
                         grpc::ServerWriter<v1::ReadBlobResponse>* writer) override {
     ++read_streams;
     constexpr size_t kChunk = 1000;
@@ -86,6 +98,10 @@ class FakeBlobs final : public v1::Blobs::Service {
       response.set_data(bytes.substr(at, kChunk));
       sent += static_cast<int64_t>(response.data().size());
       writer->Write(response);
+      if (read_streams <= silent_streams) {
+        WaitUntilCancelled(context);
+        break;
+      }
     }
     return grpc::Status::OK;
   }
@@ -98,7 +114,7 @@ class FakeMesher final : public v1::Mesher::Service {
   size_t frames_per_stream = 1000;
   int watch_streams = 0, submissions = 0, busy_submissions = 0;
   bool hangs = false;      // WatchJob never ends
-  int silent_streams = 0;  // so many of WatchJob's first streams say nothing after a frame
+  int silent_streams = 0;  // so many of the first of WatchJob and Mesh say nothing after a frame
   int mesh_streams = 0;
   bool breaks_in_upload = false, breaks_in_mesh = false;
   std::string mesh, mesh_input;
@@ -125,7 +141,7 @@ class FakeMesher final : public v1::Mesher::Service {
 
   // Takes the whole input, then plays the script and sends the mesh; breaks off after
   // `frames_per_stream` frames, and after half of the mesh if `breaks_in_mesh`.
-  grpc::Status Mesh(grpc::ServerContext*,
+  grpc::Status Mesh(grpc::ServerContext* context,
                     grpc::ServerReaderWriter<v1::MeshResponse, v1::MeshRequest>* stream) override {
     ++mesh_streams;
     v1::MeshRequest request;
@@ -148,6 +164,10 @@ class FakeMesher final : public v1::Mesher::Service {
       *response.mutable_watch() = frames[seq];
       response.mutable_watch()->set_seq(static_cast<int64_t>(seq) + 1);
       stream->Write(response);
+      if (mesh_streams <= silent_streams) {
+        WaitUntilCancelled(context);
+        return grpc::Status::OK;
+      }
     }
     const size_t end = breaks_in_mesh ? mesh.size() / 2 : mesh.size();
     response.mutable_mesh()->set_data(mesh.substr(0, end));
@@ -167,10 +187,7 @@ class FakeMesher final : public v1::Mesher::Service {
       writer->Write(frame);
       if (watch_streams <= silent_streams) break;
     }
-    while ((hangs || watch_streams <= silent_streams) && !context->IsCancelled()) {
-      gpr_sleep_until(
-          gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(10, GPR_TIMESPAN)));
-    }
+    if (hangs || watch_streams <= silent_streams) WaitUntilCancelled(context);
     return grpc::Status::OK;
   }
 };

@@ -4,6 +4,7 @@
 #include "cells/mesh_check.h"
 #include "rpc/client_implementation.h"
 #include "rpc/digest.h"
+#include "rpc/silence_guard.h"
 
 namespace amhex::client {
 namespace {
@@ -24,6 +25,7 @@ absl::Status Client::Implementation::WriteFrom(
   InterruptibleCall call(options);
   v1::WriteBlobResponse response;
   const auto writer = blobs->WriteBlob(call.context(), &response);
+  SilenceGuard silence(call.context(), kTransferSilenceFactor * options.longest_silence);
   int64_t offset = *committed;
   bool open = true;
   do {
@@ -34,11 +36,12 @@ absl::Status Client::Implementation::WriteFrom(
     request.set_data(bytes.data() + offset, static_cast<size_t>(length));
     request.set_finish(offset + length == blob.size_bytes());
     open = writer->Write(request);  // false when the server has answered early
+    silence.Renew();
     offset += length;
     if (open && on_progress) on_progress(offset, blob.size_bytes());
   } while (open && offset < blob.size_bytes());
   writer->WritesDone();
-  const absl::Status status = FromGrpcStatus(writer->Finish());
+  const absl::Status status = silence.Verdict(FromGrpcStatus(writer->Finish()));
   if (status.ok()) *committed = response.committed_size();
   return status;
 }
@@ -88,8 +91,10 @@ absl::Status Client::Implementation::ReadInto(
   request.set_offset(static_cast<int64_t>(bytes->size()));
   InterruptibleCall call(options);
   const auto reader = blobs->ReadBlob(call.context(), request);
+  SilenceGuard silence(call.context(), kTransferSilenceFactor * options.longest_silence);
   v1::ReadBlobResponse response;
   while (reader->Read(&response)) {
+    silence.Renew();
     const auto have = static_cast<int64_t>(bytes->size());
     const auto more = static_cast<int64_t>(response.data().size());
     if (response.offset() != have || more > blob.size_bytes() - have) {
@@ -102,7 +107,7 @@ absl::Status Client::Implementation::ReadInto(
     bytes->append(response.data());
     if (on_progress) on_progress(have + more, blob.size_bytes());
   }
-  return FromGrpcStatus(reader->Finish());
+  return silence.Verdict(FromGrpcStatus(reader->Finish()));
 }
 
 absl::Status Client::Implementation::ReadRest(

@@ -190,10 +190,7 @@ absl::Status Client::Implementation::WatchOnce(const std::string& name, const Wa
     if (frame.has_job()) *job = frame.job();
     if (watch.on_frame) watch.on_frame(frame);
   }
-  const absl::Status status = FromGrpcStatus(reader->Finish());
-  if (status.ok() || !silence.has_cancelled()) return status;
-  return absl::UnavailableError(absl::StrCat("the server has sent no frame for ",
-                                             absl::FormatDuration(options.longest_silence)));
+  return silence.Verdict(FromGrpcStatus(reader->Finish()));
 }
 
 absl::Status Client::Implementation::WatchOn(const std::string& name, const WatchOptions& watch,

@@ -3,6 +3,7 @@
 
 #include "rpc/client_implementation.h"
 #include "rpc/digest.h"
+#include "rpc/silence_guard.h"
 
 namespace amhex::client {
 namespace {
@@ -23,7 +24,7 @@ struct Course {
 };
 
 // False when the server takes no more.
-bool SendInput(int64_t offset, Stream* stream, Course* course) {
+bool SendInput(int64_t offset, Stream* stream, SilenceGuard* silence, Course* course) {
   const auto size = static_cast<int64_t>(course->input.size());
   while (offset < size) {
     v1::MeshRequest request;
@@ -31,6 +32,7 @@ bool SendInput(int64_t offset, Stream* stream, Course* course) {
     request.set_offset(offset);
     request.set_data(course->input.data() + offset, static_cast<size_t>(length));
     if (!stream->Write(request)) return false;
+    silence->Renew();
     offset += length;
     course->patience.Renew();
     if (course->submit->on_upload) course->submit->on_upload(offset, size);
@@ -50,12 +52,13 @@ bool TakeChunk(const v1::ReadBlobResponse& chunk, Course* course) {
 
 // Follows the server's messages to the stream's end, whose status tells why; false where they make
 // no sense.
-bool Follow(Stream* stream, Course* course) {
+bool Follow(Stream* stream, SilenceGuard* silence, Course* course) {
   v1::MeshResponse response;
   while (stream->Read(&response)) {
+    silence->Renew();
     course->patience.Renew();
     if (response.has_upload() && !response.upload().complete() &&
-        !SendInput(response.upload().committed_size(), stream, course)) {
+        !SendInput(response.upload().committed_size(), stream, silence, course)) {
       return true;
     }
     if (response.has_watch()) {
@@ -91,9 +94,11 @@ absl::StatusOr<MeshedInput> Client::Mesh(const EncodedInput& input, const v1::Me
   while (course.job.name().empty()) {
     InterruptibleCall call(implementation_->options);
     const auto stream = implementation_->mesher->Mesh(call.context());
+    SilenceGuard silence(call.context(),
+                         kTransferSilenceFactor * implementation_->options.longest_silence);
     stream->Write(first);
-    if (!Follow(stream.get(), &course)) call.context()->TryCancel();
-    absl::Status status = FromGrpcStatus(stream->Finish());
+    if (!Follow(stream.get(), &silence, &course)) call.context()->TryCancel();
+    absl::Status status = silence.Verdict(FromGrpcStatus(stream->Finish()));
     if (!course.job.name().empty()) break;
     if (status.ok()) status = absl::UnavailableError("the stream ended before the job");
     if (!course.patience.ShouldRetry(status)) return implementation_->Named(status);

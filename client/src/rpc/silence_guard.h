@@ -8,13 +8,18 @@
 #include <mutex>
 #include <thread>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 
 namespace amhex::client {
 
-// While it lives, cancels the call if Renew is not called for `longest`. A connection that answers
-// pings may still have lost a frame on its way, or its reader's wake-up; only who knows how often
-// frames come can tell. The call's context must outlive it.
+// With the default of 45 s a chunk of 1 MiB may take 3 min: lines down to 47 kbit/s.
+inline constexpr int kTransferSilenceFactor = 4;
+
+// While it lives, cancels the call if Renew is not called for `longest`. A server that answers
+// pings may still have forgotten a call; only who knows how often something must come can tell. The
+// call's context must outlive it.
 class SilenceGuard {
  public:
   SilenceGuard(grpc::ClientContext* context, absl::Duration longest)
@@ -33,15 +38,19 @@ class SilenceGuard {
   SilenceGuard(const SilenceGuard&) = delete;
   SilenceGuard& operator=(const SilenceGuard&) = delete;
 
-  // Something has come.
+  // Something has come, or gone out.
   void Renew() {
     const std::lock_guard lock(mutex_);
     end_ = Clock::now() + longest_;
   }
 
-  bool has_cancelled() const {
+  // How the call ended, whose status was `status`: UNAVAILABLE, worth another try, where this guard
+  // ended it.
+  absl::Status Verdict(const absl::Status& status) const {
     const std::lock_guard lock(mutex_);
-    return has_cancelled_;
+    if (status.ok() || !has_cancelled_) return status;
+    return absl::UnavailableError(
+        absl::StrCat("nothing has moved for ", absl::FormatDuration(absl::FromChrono(longest_))));
   }
 
  private:
