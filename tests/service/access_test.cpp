@@ -5,17 +5,14 @@
 
 #include <fstream>
 
-#include "amhex/v1/blob_service.grpc.pb.h"
-#include "amhex/v1/meshing_service.grpc.pb.h"
 #include "error_reason.h"
 #include "files.h"
 #include "health_client.h"
 #include "job.h"
 #include "job_manager.h"
-#include "server.h"
-#include "service_fixtures.h"
 #include "sha256.h"
 #include "test_certificates.h"
+#include "token_server_fixture.h"
 
 namespace amhex::server {
 namespace {
@@ -23,31 +20,15 @@ namespace {
 using amhex::v1::Job;
 
 // A server, and callers told apart by their tokens.
-class AccessTest : public ::testing::Test {
+class AccessTest : public TokenServerTest {
  protected:
   void SetUp() override {
-    WriteTokens("ada submit,read " + Sha256Hex("ada's") + " max_queued=3 max_blob_bytes=10000\n" +
-                "bob submit,read " + Sha256Hex("bob's") + "\n" +   //
-                "viewer read " + Sha256Hex("viewer's") + "\n" +    //
-                "sender submit " + Sha256Hex("sender's") + "\n" +  //
-                "auditor read-all " + Sha256Hex("auditor's") + "\n" + "root admin " +
-                Sha256Hex("root's") + "\n");
-    options_.listen = {"127.0.0.1:0"};
-    options_.metrics_listen = "";
-    options_.data_dir = folder_ / "data";
-    options_.worker = AMHEX_SCRIPTED_WORKER;
-    options_.tokens = folder_ / "tokens";
-    auto created = Server::Create(options_);
-    ASSERT_TRUE(created.ok()) << created.status();
-    server_ = *std::move(created);
-    channel_ =
-        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel_);
-    blobs_ = amhex::v1::Blobs::NewStub(channel_);
-  }
-
-  void WriteTokens(const std::string& text) {
-    ASSERT_TRUE(WriteFileAtomically(folder_ / "tokens", text).ok());
+    Start("ada submit,read " + Sha256Hex("ada's") + " max_queued=3 max_blob_bytes=10000\n" +
+          "bob submit,read " + Sha256Hex("bob's") + "\n" +   //
+          "viewer read " + Sha256Hex("viewer's") + "\n" +    //
+          "sender submit " + Sha256Hex("sender's") + "\n" +  //
+          "auditor read-all " + Sha256Hex("auditor's") + "\n" + "root admin " +
+          Sha256Hex("root's") + "\n");
   }
 
   std::unique_ptr<grpc::ClientContext> As(const std::string& token) {
@@ -159,13 +140,6 @@ class AccessTest : public ::testing::Test {
     blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
     return blob;
   }
-
-  TemporaryFolder folder_;
-  ServerOptions options_;
-  std::unique_ptr<Server> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
-  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
 };
 
 // Calls a method with an empty message, whatever its kind; gives its status.

@@ -72,7 +72,7 @@ class TroubleTest : public ClusterTest {
   }
 
   int64_t Count(const std::string& sql) {
-    const auto connection = PostgresConnection::Open(database_, absl::Seconds(20));
+    const auto connection = PostgresConnection::Open(database_, absl::Seconds(30));
     if (!connection.ok()) return -1;
     auto rows = (*connection)->Run(sql);
     return rows.ok() && rows->Next() ? rows->IntColumn(0) : -1;
@@ -133,7 +133,7 @@ TEST_F(TroubleTest, EveryAcknowledgedJobEndsOnceWhateverBreaks) {
   cut_off.store.replace(cut_off.store.find(direct), direct.size(),
                         absl::StrCat("@127.0.0.1:", proxy.port(), "/"));
   nodes_.push_back(std::make_unique<Node>(cut_off));
-  ASSERT_TRUE((*PostgresConnection::Open(database_, absl::Seconds(5)))->Execute(kWatchdog).ok());
+  ASSERT_TRUE((*PostgresConnection::Open(database_, absl::Seconds(30)))->Execute(kWatchdog).ok());
 
   std::vector<std::jthread> submitters;
   for (uint32_t i = 0; i < kSubmitters; ++i) {

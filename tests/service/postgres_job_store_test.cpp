@@ -82,7 +82,7 @@ TEST_F(PostgresJobStoreTest, NodesThatOpenAnEmptyDatabaseTogetherAgreeOnItsSchem
 // A node of the earlier release runs on while the first of this one brings the schema up to date.
 TEST_F(PostgresJobStoreTest, QueueThatKnowsNoCostsGoesOnAndLearnsThem) {
   Open(At(url_));
-  auto connection = PostgresConnection::Open(url_, absl::Seconds(5));
+  auto connection = PostgresConnection::Open(url_, absl::Seconds(30));
   ASSERT_TRUE(connection.ok());
   ASSERT_TRUE((*connection)
                   ->Execute("ALTER TABLE job DROP COLUMN expected_micros;"
@@ -120,7 +120,7 @@ TEST_F(PostgresJobStoreTest, QueriesOfTheAutoscalerTellTheCostOfTheQueueAndWhoIs
   }
   ASSERT_EQ(queries.size(), 2U);
   const auto store = Open(At(url_));
-  auto connection = PostgresConnection::Open(url_, absl::Seconds(5));
+  auto connection = PostgresConnection::Open(url_, absl::Seconds(30));
   ASSERT_TRUE(connection.ok());
   const auto answers = [&](int64_t cost, int64_t needed) {
     std::vector<int64_t> found;
@@ -148,7 +148,7 @@ TEST_F(PostgresJobStoreTest, QueriesOfTheAutoscalerTellTheCostOfTheQueueAndWhoIs
 
 TEST_F(PostgresJobStoreTest, LaterSchemaIsRefused) {
   Open(At(url_));
-  auto connection = PostgresConnection::Open(url_, absl::Seconds(5));
+  auto connection = PostgresConnection::Open(url_, absl::Seconds(30));
   ASSERT_TRUE(connection.ok());
   ASSERT_TRUE((*connection)->Execute("UPDATE schema_version SET number = 1000").ok());
   EXPECT_EQ(PostgresJobStore::Open(At(url_)).status().code(),

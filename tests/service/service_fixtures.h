@@ -40,6 +40,6 @@ std::string LittleEndian(uint64_t value, int byte_count);
 
 // True as soon as `condition` holds, false if it does not within `patience`.
 bool Eventually(const std::function<bool()>& condition,
-                absl::Duration patience = absl::Seconds(20));
+                absl::Duration patience = absl::Seconds(60));
 
 }  // namespace amhex::server

@@ -14,14 +14,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
-#include "amhex/v1/blob_service.grpc.pb.h"
-#include "amhex/v1/meshing_service.grpc.pb.h"
-#include "files.h"
 #include "google/rpc/status.pb.h"
 #include "job.h"
-#include "server.h"
-#include "service_fixtures.h"
 #include "sha256.h"
+#include "token_server_fixture.h"
 
 namespace amhex::server {
 namespace {
@@ -60,24 +56,11 @@ bool FillIn(const Named& named, Message* message) {
   return is_named;
 }
 
-class IsolationTest : public ::testing::Test {
+class IsolationTest : public TokenServerTest {
  protected:
   void SetUp() override {
-    const std::string tokens =
-        "ada submit,read " + Sha256Hex("ada's") + "\nbob submit,read " + Sha256Hex("bob's") + "\n";
-    ASSERT_TRUE(WriteFileAtomically(folder_ / "tokens", tokens).ok());
-    ServerOptions options;
-    options.listen = {"127.0.0.1:0"};
-    options.metrics_listen = "";
-    options.data_dir = folder_ / "data";
-    options.worker = AMHEX_SCRIPTED_WORKER;
-    options.tokens = folder_ / "tokens";
-    auto created = Server::Create(options);
-    ASSERT_TRUE(created.ok()) << created.status();
-    server_ = *std::move(created);
-    channel_ =
-        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel_);
+    Start("ada submit,read " + Sha256Hex("ada's") + "\nbob submit,read " + Sha256Hex("bob's") +
+          "\n");
   }
 
   std::unique_ptr<grpc::ClientContext> As(const std::string& caller) {
@@ -146,11 +129,6 @@ class IsolationTest : public ::testing::Test {
     wait();
     return status;
   }
-
-  TemporaryFolder folder_;
-  std::unique_ptr<Server> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
 };
 
 TEST_F(IsolationTest, EveryCallAnswersAboutWhatOthersHaveAsAboutWhatNobodyHas) {
