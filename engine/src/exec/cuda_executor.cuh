@@ -75,14 +75,17 @@ class CudaExecutor {
     Synchronize();
   }
 
+  // A copy to memory that is not pinned keeps the host until all before it is done, and the host
+  // could not ask whether to stop: so it asks first and copies when there is nothing to wait for.
   template <class T>
   void CopyOut(const DeviceBuffer<T>& buffer, int64_t count, T* host) {
+    Synchronize();
     if (count > 0) {
       CheckCuda(cudaMemcpyAsync(host, buffer.View().data, Bytes<T>(count), cudaMemcpyDeviceToHost,
                                 stream_.get()),
                 "copy from the device");
+      CheckCuda(cudaStreamSynchronize(stream_.get()), "copy from the device");
     }
-    Synchronize();
   }
 
   template <class Body>
@@ -293,13 +296,16 @@ class CudaExecutor {
     CheckCuda(operation(scratch_.View().data, bytes), description);
   }
 
+  // Most waits are for a copy or a short kernel: a sleep would be several times as long.
   void WaitFor(const CudaEvent& event) {
+    const auto start = std::chrono::steady_clock::now();
     while (true) {
       const cudaError_t code = cudaEventQuery(event.get());
       if (code == cudaSuccess) return;
       if (code != cudaErrorNotReady) CheckCuda(code, "run on the device");
       PollStop();
-      std::this_thread::sleep_for(kWaitInterval);
+      const bool is_short = std::chrono::steady_clock::now() - start < kWaitInterval;
+      if (!is_short) std::this_thread::sleep_for(kWaitInterval);
     }
   }
 
@@ -315,7 +321,8 @@ class CudaExecutor {
   std::function<bool()> should_stop_;
   bool is_stopped_ = false;
   CudaStream stream_;
-  CudaStream stop_stream_;  // overtakes what waits on the other
+  // Overtakes what waits on the other, and the thread blocks of a kernel that have not begun.
+  CudaStream stop_stream_{StreamPriority::kFirst};
   CudaEvent synchronized_;
   DeviceBuffer<int32_t> stop_flag_;
   DeviceBuffer<uint8_t> scratch_;

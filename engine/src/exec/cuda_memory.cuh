@@ -40,10 +40,18 @@ inline std::string DescribeFreeMemory() {
   return std::to_string(free) + " of " + std::to_string(total) + " bytes are free";
 }
 
+// Whose thread blocks have their turn when one of the device's places falls free. Of streams that
+// are alike it is those of the kernel that was first, to its last block.
+enum class StreamPriority { kUsual, kFirst };
+
 class CudaStream {
  public:
-  CudaStream() {
-    CheckCuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+  explicit CudaStream(StreamPriority priority = StreamPriority::kUsual) {
+    int usual = 0, first = 0;
+    CheckCuda(cudaDeviceGetStreamPriorityRange(&usual, &first), "ask for streams' priorities");
+    CheckCuda(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking,
+                                           priority == StreamPriority::kFirst ? first : usual),
+              "create a stream");
   }
   ~CudaStream() { cudaStreamDestroy(stream_); }
   CudaStream(const CudaStream&) = delete;

@@ -81,12 +81,22 @@ struct DecideBody {
   ArrayView<int64_t> counts;
   ArrayView<double> numbers;
 
+  // In the order of the blocks. One thread adds them up, so the blocks of a batch are read before
+  // the first is added: a device then waits for memory once per batch.
   AMHEX_HD double Total() const {
+    constexpr int kBatch = 16;
     double sum = 0;
-    for (int64_t i = 0; i < partial.size; i += kSumLanes) {
-      sum += (partial[i] + partial[i + 1]) + (partial[i + 2] + partial[i + 3]);
+    int64_t i = 0;
+    for (; i + kBatch * kSumLanes <= partial.size; i += kBatch * kSumLanes) {
+      double block[kBatch];
+      for (int b = 0; b < kBatch; ++b) block[b] = OfBlock(i + b * kSumLanes);
+      for (int b = 0; b < kBatch; ++b) sum += block[b];
     }
+    for (; i < partial.size; i += kSumLanes) sum += OfBlock(i);
     return sum;
+  }
+  AMHEX_HD double OfBlock(int64_t i) const {
+    return (partial[i] + partial[i + 1]) + (partial[i + 2] + partial[i + 3]);
   }
   AMHEX_HD void End() const {
     for (int place = kLiveUnknowns; place <= kIsLive; ++place) counts[place] = 0;

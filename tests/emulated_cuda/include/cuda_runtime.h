@@ -126,7 +126,12 @@ inline cudaError_t cudaMemGetInfo(size_t* free, size_t* total) {
   });
 }
 
-inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned /*flags*/) {
+inline cudaError_t cudaDeviceGetStreamPriorityRange(int* least, int* greatest) {
+  *least = 0, *greatest = -5;
+  return cudaSuccess;
+}
+inline cudaError_t cudaStreamCreateWithPriority(cudaStream_t* stream, unsigned /*flags*/,
+                                                int /*priority*/) {
   return amhex::emulated::Do([&](amhex::emulated::Device& device) {
     *stream = device.CreateStream();
     return amhex::emulated::kSuccess;
