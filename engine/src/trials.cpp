@@ -256,6 +256,7 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
       std::vector<PrimitiveTable> primitives,
       RunTrials(run, Stage::kExtractTopology, cubes,
                 [&](const MergedCubes& trial) { return ExtractTopology(trial, params, run); }));
+  AddDeviceNotes(primitives, assembled.device_notes);
   auto table = primitives.begin();
   AMHEX_ASSIGN_OR_RETURN(assembled.complexes,
                          RunTrials(run, Stage::kAssemble, cubes, [&](const MergedCubes& trial) {

@@ -22,7 +22,10 @@
 #include "optimize/raise_quality.h"
 #include "support/grid_complex.h"
 #include "support/hull_of_mesh.h"
+#include "topology/collect_faces.h"
+#include "topology/search_primitives.h"
 #include "unit/fields/field_fixtures.h"
+#include "unit/topology/cube_grid.h"
 
 namespace amhex {
 namespace {
@@ -344,6 +347,61 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForMatchingAsEstimatedAndGivesItBackWhenS
   run.RequestStop();
   EXPECT_EQ(match().code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(controls().used, 0);
+}
+
+// A copy of what kernels find would keep the host until all of them are done.
+TEST_F(EmulatedSteps, AsksWhetherToStopWhileKernelsAreUnderWay) {
+  const MergedCubes grid = testing::MakeCubeGrid(2, 2, 2);
+  const std::vector<VertexPair> edges = CollectCubeEdges(grid, {});
+  std::set<int64_t> launches_seen;
+  CollectFacesTask task{{{edges.data(), static_cast<int64_t>(edges.size())},
+                         {grid.vertices.data(), static_cast<int64_t>(grid.vertices.size())}},
+                        {},
+                        [&] {
+                          launches_seen.insert(controls().launches);
+                          return false;
+                        }};
+  ASSERT_TRUE(RunOnCuda(&task).ok());
+  // As many as the first download waits for.
+  for (int64_t launches = 0; launches < 6; ++launches) {
+    EXPECT_TRUE(launches_seen.contains(launches)) << launches;
+  }
+}
+
+TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheTopologyAsEstimatedAndGivesItBackWhenItEnds) {
+  const MergedCubes grid = testing::MakeCubeGrid(9, 9, 9);
+  const std::vector<VertexPair> edges = CollectCubeEdges(grid, {});
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  RunContext run;
+  const auto faces = CollectFaces(grid.vertices, edges, run);
+  ASSERT_TRUE(faces.ok());
+  const auto complex = FaceComplex::Build(static_cast<int32_t>(grid.vertices.size()), *faces);
+  const std::function<absl::Status()> steps[] = {
+      [&] { return CollectFaces(grid.vertices, edges, run, &*device).status(); },
+      [&] { return SearchPrimitives(complex, grid.vertices, 0, run, &*device).status(); }};
+  for (const auto& step : steps) {
+    device_->Restart();
+    controls().capacity = 1;
+    const double estimate = Announced(step());
+    EXPECT_EQ(controls().uploads, 0);
+    device_->Restart();
+    ASSERT_TRUE(step().ok());
+    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+    EXPECT_EQ(controls().used, 0);
+    const int64_t calls = controls().calls;
+    for (int64_t call = 5; call < calls * 4 / 5; call += calls / 9) {  // the last ones only free
+      device_->Restart();
+      controls().failing_call = call;
+      EXPECT_EQ(step().code(), absl::StatusCode::kInternal) << "call " << call;
+      EXPECT_EQ(controls().used, 0);
+    }
+  }
+  device_->Restart();
+  run.RequestStop();
+  for (const auto& step : steps) EXPECT_EQ(step().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(controls().used, 0);
+  EXPECT_EQ(controls().stray_frees, 0);
 }
 
 }  // namespace

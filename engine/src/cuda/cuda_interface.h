@@ -16,6 +16,8 @@
 #include "optimize/sweep_task.h"
 #include "output/measure_cells_task.h"
 #include "relax/relaxation_task.h"
+#include "topology/collect_faces_task.h"
+#include "topology/search_primitives_task.h"
 
 namespace amhex {
 
@@ -36,7 +38,8 @@ using CudaTask =
                  HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*,
                  HullBatch<DistanceTo<PlainPoints>>*, HullBatch<ClosestTo<PlainPoints>>*,
                  HullBatch<WindingAround<PlainPoints>>*, HullBatch<HullFacesOf>*, HullTreeTask*,
-                 SweepTask*, MatchTask*, MeasureCellsTask*>;
+                 SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
+                 SearchPrimitivesTask*>;
 
 extern "C" {
 

@@ -23,6 +23,8 @@
 #include "output/measure_cells_impl.h"
 #include "relax/label_tiles.cuh"
 #include "relax/relaxation_impl.h"
+#include "topology/collect_faces_impl.h"
+#include "topology/search_primitives_impl.h"
 
 namespace amhex {
 namespace {
@@ -31,8 +33,9 @@ void Write(const char* message, char* text, size_t capacity) {
   if (capacity > 0) std::snprintf(text, capacity, "%s", message);
 }
 
-// The first device; a process that should use another one sets CUDA_VISIBLE_DEVICES.
-CudaResult Describe(int64_t* memory_bytes, char* text, size_t capacity) {
+// Whether there is a device. Asked before every task, so without its properties: looking them up
+// takes longer than many a task.
+CudaResult FindDevice(char* text, size_t capacity) {
   int driver = 0, runtime = 0, count = 0;
   CheckCuda(cudaDriverGetVersion(&driver), "ask for the driver's version");
   CheckCuda(cudaRuntimeGetVersion(&runtime), "ask for the runtime's version");
@@ -48,6 +51,12 @@ CudaResult Describe(int64_t* memory_bytes, char* text, size_t capacity) {
                   driver / 1000, driver % 1000 / 10, runtime / 1000, runtime % 1000 / 10);
     return CudaResult::kNoDevice;
   }
+  return CudaResult::kDone;
+}
+
+// The first device; a process that should use another one sets CUDA_VISIBLE_DEVICES.
+CudaResult Describe(int64_t* memory_bytes, char* text, size_t capacity) {
+  if (const CudaResult found = FindDevice(text, capacity); found != CudaResult::kDone) return found;
   cudaDeviceProp properties;
   CheckCuda(cudaGetDeviceProperties(&properties, 0), "ask for the device's properties");
   *memory_bytes = static_cast<int64_t>(properties.totalGlobalMem);
@@ -153,6 +162,20 @@ CudaResult Run(MeasureCellsTask& task) {
   return MeasureAll(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
+CudaResult Run(CollectFacesTask& task) {
+  RequireMemory(CollectFacesBytes<CudaExecutor>(task),
+                "collecting the faces of " + std::to_string(task.given.edges.size) + " edges");
+  CudaExecutor executor(task.should_stop);
+  return CollectAllFaces(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+CudaResult Run(SearchPrimitivesTask& task) {
+  RequireMemory(SearchPrimitivesBytes<CudaExecutor>(task),
+                "searching primitives among " + std::to_string(task.complex.faces.size) + " faces");
+  CudaExecutor executor(task.should_stop);
+  return SearchAllTypes(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
+}
+
 // Runs `step` and turns what it throws into a result and a text.
 template <class Step>
 CudaResult Guard(char* text, size_t capacity, const Step& step) {
@@ -186,8 +209,7 @@ __attribute__((visibility("default"))) amhex::CudaResult AmhexRunOnCuda(const am
                                                                         char* text,
                                                                         size_t capacity) {
   return amhex::Guard(text, capacity, [&] {
-    int64_t memory_bytes = 0;
-    const amhex::CudaResult device = amhex::Describe(&memory_bytes, text, capacity);
+    const amhex::CudaResult device = amhex::FindDevice(text, capacity);
     if (device != amhex::CudaResult::kDone) return device;
     return std::visit([](auto* wanted) { return amhex::Run(*wanted); }, *task);
   });

@@ -60,7 +60,9 @@ struct LinkedFaces {
   }
 };
 
+// One element per cube.
 struct CandidateSearch {
+  using Item = FaceCandidate;
   CubesView cubes;
   PointBinsView bins;                  // of the cubes' centres
   ArrayView<const LinkedFaces> links;  // ascending
@@ -72,10 +74,11 @@ struct CandidateSearch {
     bins.points = cubes.centre;
   }
 
-  // Calls visit(candidate) for every candidate of cube `a` and a smaller one (of equal ones, with a
+  // Calls visit(candidate) for every candidate of the cube and a smaller one (of equal ones, with a
   // larger index), whose neighbourhood need not reach as far.
   template <class Visit>
-  AMHEX_HD void VisitCandidates(int32_t a, const Visit& visit) const {
+  AMHEX_HD void VisitItems(int64_t cube, const Visit& visit) const {
+    const auto a = static_cast<int32_t>(cube);
     const double half = cubes.mean_half[a];
     bins.ForEachWithin(cubes.centre[a], kMaxCentreDistance * 2 * half, [&](int32_t b) {
       const double other = cubes.mean_half[b];

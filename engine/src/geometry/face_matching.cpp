@@ -80,8 +80,8 @@ absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
     AMHEX_RETURN_IF_ERROR(CollectFromBlocks(
         cubes.count(), kCubesPerBlock, run, &pairs,
         [&](int64_t begin, int64_t end, std::vector<FacePair>* found) {
-          for (auto a = static_cast<int32_t>(begin); a < end; ++a) {
-            task.search.VisitCandidates(
+          for (int64_t a = begin; a < end; ++a) {
+            task.search.VisitItems(
                 a, [&](const FaceCandidate& candidate) { Judge(cubes, candidate, found); });
           }
         }));

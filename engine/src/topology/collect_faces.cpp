@@ -1,64 +1,61 @@
 #include "topology/collect_faces.h"
 
-#include <algorithm>
+#include <utility>
 
 #include "base/status_macros.h"
-#include "topology/face_loops.h"
-#include "topology/penta_loops.h"
+#include "cuda/device_use.h"
+#include "topology/collect_faces_task.h"
+#include "topology/loop_search.h"
+#include "topology/parallel_blocks.h"
 
 namespace amhex {
 namespace {
 
-// A regular pentagon of unit edges is 1.62 across; loops much wider than that run around whole
-// cells instead of through a spiral.
-constexpr double kLongestInteriorEdge = 2.0;  // edge lengths
+constexpr int64_t kVerticesPerBlock = 256;
+// On a device fewer edges cost more than they save (a guess, as in input/ask_hull.h: some fifteen
+// copies and launches against a few microseconds per edge).
+constexpr size_t kFewestForDevice = 2048;
 
-double Length(const VertexPair& edge, const std::vector<Vec3d>& vertices) {
-  return Norm(vertices[edge[1]] - vertices[edge[0]]);
-}
-
-absl::Status AppendPentaLoopEdges(const EdgeNetwork& network, const std::vector<Vec3d>& vertices,
-                                  const RunContext& context, std::vector<VertexPair>* edges) {
-  std::vector<PentaLoop> loops;
-  AMHEX_RETURN_IF_ERROR(FindPentaLoops(network, context, &loops));
-  for (const PentaLoop& loop : loops) {
-    const std::array<VertexPair, 5> interior = InteriorEdges(loop);
-    const bool is_too_wide = std::any_of(interior.begin(), interior.end(), [&](const auto& edge) {
-      return Length(edge, vertices) > kLongestInteriorEdge;
-    });
-    if (!is_too_wide) edges->insert(edges->end(), interior.begin(), interior.end());
+absl::StatusOr<std::vector<CellFace>> CollectOnCpu(const std::vector<Vec3d>& vertices,
+                                                   const std::vector<VertexPair>& edges,
+                                                   const RunContext& context) {
+  const auto count = static_cast<int32_t>(vertices.size());
+  const ArrayView<const Vec3d> positions{vertices.data(), count};
+  EdgeNetwork network = EdgeNetwork::Build(count, edges);
+  std::vector<VertexPair> added;
+  AMHEX_RETURN_IF_ERROR(CollectItems(count, kVerticesPerBlock, context,
+                                     DiagonalSearch{{network.view()}, positions}, &added));
+  AMHEX_RETURN_IF_ERROR(CollectItems(count, kVerticesPerBlock, context,
+                                     SpiralEdgeSearch{{network.view()}, positions}, &added));
+  if (!added.empty()) {
+    added.insert(added.end(), edges.begin(), edges.end());
+    network = EdgeNetwork::Build(count, added);
   }
-  return absl::OkStatus();
+  std::vector<CellFace> faces;
+  AMHEX_RETURN_IF_ERROR(
+      CollectItems(count, kVerticesPerBlock, context, TriangleSearch{network.view()}, &faces));
+  AMHEX_RETURN_IF_ERROR(CollectItems(count, kVerticesPerBlock, context,
+                                     WellShapedQuadSearch{{network.view()}, positions}, &faces));
+  return faces;
 }
 
 }  // namespace
 
 absl::StatusOr<std::vector<CellFace>> CollectFaces(const std::vector<Vec3d>& vertices,
                                                    const std::vector<VertexPair>& edges,
-                                                   const RunContext& context) {
-  const auto vertex_count = static_cast<int32_t>(vertices.size());
-  const auto is_badly_shaped = [&](const CellFace& quad) {
-    return !IsWellShapedQuad(quad, vertices);
+                                                   const RunContext& context, DeviceUse* device) {
+  CollectFacesTask task{{{edges.data(), static_cast<int64_t>(edges.size())},
+                         {vertices.data(), static_cast<int64_t>(vertices.size())}},
+                        {},
+                        [&context] { return context.ShouldStop(); }};
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    AMHEX_ASSIGN_OR_RETURN(task.faces, CollectOnCpu(vertices, edges, context));
+    return true;
   };
-  EdgeNetwork network = EdgeNetwork::Build(vertex_count, edges);
-  std::vector<CellFace> quads;
-  AMHEX_RETURN_IF_ERROR(FindQuads(network, context, &quads));
-  std::vector<VertexPair> added;
-  for (const CellFace& quad : quads) {
-    if (is_badly_shaped(quad)) added.push_back(ShortestDiagonal(quad, vertices));
-  }
-  AMHEX_RETURN_IF_ERROR(AppendPentaLoopEdges(network, vertices, context, &added));
-  if (!added.empty()) {
-    added.insert(added.end(), edges.begin(), edges.end());
-    network = EdgeNetwork::Build(vertex_count, added);
-    quads.clear();
-    AMHEX_RETURN_IF_ERROR(FindQuads(network, context, &quads));
-  }
-  std::vector<CellFace> faces;
-  AMHEX_RETURN_IF_ERROR(FindTriangles(network, context, &faces));
-  quads.erase(std::remove_if(quads.begin(), quads.end(), is_badly_shaped), quads.end());
-  faces.insert(faces.end(), quads.begin(), quads.end());
-  return faces;
+  DeviceUse* const where = edges.size() < kFewestForDevice ? nullptr : device;
+  AMHEX_RETURN_IF_ERROR(RunWhereChosen(where, &task, on_cpu).status());
+  AMHEX_RETURN_IF_ERROR(context.CheckStop());
+  return std::move(task.faces);
 }
 
 }  // namespace amhex

@@ -3,7 +3,6 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "topology/primitives.h"
 
@@ -42,10 +41,9 @@ EdgeNetwork EdgeNetwork::Build(int32_t vertex_count, const std::vector<VertexPai
 }
 
 int32_t EdgeNetwork::FindEdge(int32_t a, int32_t b) const {
-  const auto begin = neighbours_.begin() + first_[a], end = neighbours_.begin() + first_[a + 1];
-  const auto found = std::lower_bound(begin, end, b);
-  if (found == end || *found != b) return kNoEdge;
-  return incident_edge_[static_cast<size_t>(found - neighbours_.begin())];
+  const int32_t place = view().PlaceOf(a, b);
+  if (place == first_[a + 1] || neighbours_[place] != b) return kNoEdge;
+  return incident_edge_[place];
 }
 
 std::vector<VertexPair> CollectCubeEdges(const MergedCubes& cubes,
@@ -60,14 +58,6 @@ std::vector<VertexPair> CollectCubeEdges(const MergedCubes& cubes,
     }
   }
   return edges;
-}
-
-std::vector<int32_t> CommonNeighbours(const EdgeNetwork& network, int32_t a, int32_t b) {
-  const auto of_a = network.neighbours(a), of_b = network.neighbours(b);
-  std::vector<int32_t> common;
-  std::set_intersection(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(),
-                        std::back_inserter(common));
-  return common;
 }
 
 }  // namespace amhex

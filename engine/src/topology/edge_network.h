@@ -3,15 +3,13 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "geometry/merged_cubes.h"
+#include "topology/edge_network_view.h"
 
 namespace amhex {
 
-// An undirected edge, smaller vertex first.
-using VertexPair = std::array<int32_t, 2>;
 inline constexpr int32_t kNoEdge = -1;
 
 // Immutable. Edges are numbered in ascending order of their vertex pairs.
@@ -27,11 +25,12 @@ class EdgeNetwork {
   const VertexPair& edge(int32_t index) const { return edges_[index]; }
   const std::vector<VertexPair>& edges() const { return edges_; }
 
-  // Ascending.
-  std::span<const int32_t> neighbours(int32_t vertex) const {
-    return {neighbours_.data() + first_[vertex], neighbours_.data() + first_[vertex + 1]};
+  // For as long as this.
+  EdgeNetworkView view() const {
+    return {{first_.data(), static_cast<int64_t>(first_.size())},
+            {neighbours_.data(), static_cast<int64_t>(neighbours_.size())}};
   }
-  bool AreConnected(int32_t a, int32_t b) const { return FindEdge(a, b) != kNoEdge; }
+
   // The edge between two vertices in either order, or kNoEdge. Logarithmic in the degree.
   int32_t FindEdge(int32_t a, int32_t b) const;
 
@@ -46,8 +45,5 @@ class EdgeNetwork {
 // `region` ([vertex_count] flags) unless it is empty.
 std::vector<VertexPair> CollectCubeEdges(const MergedCubes& cubes,
                                          const std::vector<uint8_t>& region);
-
-// Vertices that are neighbours of both, ascending.
-std::vector<int32_t> CommonNeighbours(const EdgeNetwork& network, int32_t a, int32_t b);
 
 }  // namespace amhex

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status_macros.h"
+#include "cuda/device_use.h"
 #include "topology/collect_faces.h"
 #include "topology/direct_cells.h"
 #include "topology/face_complex.h"
@@ -78,10 +79,10 @@ bool IsInitial(const Primitive& primitive) {
 absl::StatusOr<FaceComplex> CollectLeftoverFaces(const MergedCubes& cubes,
                                                  const Leftovers& leftovers,
                                                  const std::vector<Primitive>& others,
-                                                 const RunContext& context) {
+                                                 const RunContext& context, DeviceUse& device) {
   AMHEX_ASSIGN_OR_RETURN(
       std::vector<CellFace> faces,
-      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context));
+      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, leftovers.region()), context, &device));
   for (const Primitive& primitive : others) AppendFaces(primitive.corners, &faces);
   std::erase_if(faces, [&](const CellFace& face) { return leftovers.IsSettled(face); });
   const std::vector<CellFace> unsettled = leftovers.UnsettledFaces();
@@ -94,7 +95,7 @@ absl::StatusOr<FaceComplex> CollectLeftoverFaces(const MergedCubes& cubes,
 // the search finds around them compete for the rest. (The search finds those direct cells again;
 // of equals the first one listed is taken.)
 absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const MeshingParams& params,
-                                             RunContext& context) {
+                                             RunContext& context, DeviceUse& device) {
   AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> direct, FindDirectCells(cubes, params, context));
   const auto middle = std::stable_partition(direct.begin(), direct.end(), IsInitial);
   PrimitiveTable table;
@@ -105,10 +106,10 @@ absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const Mes
   const Leftovers leftovers(cubes, table);
   if (leftovers.IsEmpty()) return table;
   AMHEX_ASSIGN_OR_RETURN(const FaceComplex complex,
-                         CollectLeftoverFaces(cubes, leftovers, others, context));
+                         CollectLeftoverFaces(cubes, leftovers, others, context, device));
   AMHEX_ASSIGN_OR_RETURN(
       std::vector<Primitive> found,
-      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context));
+      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context, &device));
   std::erase_if(found, [&](const Primitive& p) { return !leftovers.Fits(p.corners); });
   table.primitives.insert(table.primitives.end(), others.begin(), others.end());
   table.primitives.insert(table.primitives.end(), found.begin(), found.end());
@@ -120,9 +121,10 @@ absl::StatusOr<PrimitiveTable> ExtractDirect(const MergedCubes& cubes, const Mes
 
 // As the paper does it: everything is found by graph search.
 absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const MeshingParams& params,
-                                          RunContext& context) {
-  AMHEX_ASSIGN_OR_RETURN(std::vector<CellFace> faces,
-                         CollectFaces(cubes.vertices, CollectCubeEdges(cubes, {}), context));
+                                          RunContext& context, DeviceUse& device) {
+  AMHEX_ASSIGN_OR_RETURN(
+      std::vector<CellFace> faces,
+      CollectFaces(cubes.vertices, CollectCubeEdges(cubes, {}), context, &device));
   // A badly shaped face of a cube stays besides its two triangles; the assembly decides.
   for (const CellCorners& corners : cubes.corners) AppendFaces(corners, &faces);
   SortUnique(&faces);
@@ -130,7 +132,7 @@ absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const Meshin
       FaceComplex::Build(static_cast<int32_t>(cubes.vertices.size()), std::move(faces));
   AMHEX_ASSIGN_OR_RETURN(
       std::vector<Primitive> found,
-      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context));
+      SearchPrimitives(complex, cubes.vertices, params.assembly.min_quality, context, &device));
   PrimitiveTable table;
   table.primitives = std::move(found);
   const auto pool =
@@ -145,8 +147,12 @@ absl::StatusOr<PrimitiveTable> ExtractAll(const MergedCubes& cubes, const Meshin
 absl::StatusOr<PrimitiveTable> ExtractTopology(const MergedCubes& cubes,
                                                const MeshingParams& params, RunContext& context) {
   AMHEX_RETURN_IF_ERROR(CheckShapes(cubes));
-  return params.assembly.extraction == Extraction::kPaper ? ExtractAll(cubes, params, context)
-                                                          : ExtractDirect(cubes, params, context);
+  AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
+  AMHEX_ASSIGN_OR_RETURN(PrimitiveTable table, params.assembly.extraction == Extraction::kPaper
+                                                   ? ExtractAll(cubes, params, context, device)
+                                                   : ExtractDirect(cubes, params, context, device));
+  table.device_notes = device.notes();
+  return table;
 }
 
 }  // namespace amhex

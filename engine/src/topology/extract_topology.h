@@ -19,7 +19,8 @@ namespace amhex {
 // Primitives in the table are valid (CellQuality > 0) with a quality above
 // params.assembly.min_quality.
 // Errors: INVALID_ARGUMENT if the arrays of `cubes` disagree in length or name a vertex that does
-// not exist, CANCELLED, DEADLINE_EXCEEDED. Linear time and memory in the number of cubes.
+// not exist, CANCELLED, DEADLINE_EXCEEDED, those of DeviceUse. Linear time and memory in the number
+// of cubes.
 absl::StatusOr<PrimitiveTable> ExtractTopology(const MergedCubes& cubes,
                                                const MeshingParams& params, RunContext& context);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "topology/edge_network.h"
+#include "topology/face_complex_view.h"
 #include "topology/half_face.h"
 
 namespace amhex {
@@ -16,6 +17,14 @@ class FaceComplex {
  public:
   // Every face once, no vertex twice in a face, ids in [0, vertex_count). Linear time.
   static FaceComplex Build(int32_t vertex_count, std::vector<CellFace> faces);
+
+  // For as long as this.
+  FaceComplexView view() const {
+    return {{faces_.data(), static_cast<int64_t>(faces_.size())},
+            {edges_of_face_.data(), static_cast<int64_t>(edges_of_face_.size())},
+            {first_.data(), static_cast<int64_t>(first_.size())},
+            {faces_of_edge_.data(), static_cast<int64_t>(faces_of_edge_.size())}};
+  }
 
   int32_t face_count() const { return static_cast<int32_t>(faces_.size()); }
   int32_t edge_count() const { return edge_count_; }

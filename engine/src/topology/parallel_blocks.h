@@ -47,4 +47,18 @@ absl::Status CollectFromBlocks(int64_t count, int64_t block_size, const RunConte
   return absl::OkStatus();
 }
 
+// The items of a search (exec/counted_list.h) over elements 0 .. count-1 likewise.
+template <class Search>
+absl::Status CollectItems(int64_t count, int64_t block_size, const RunContext& context,
+                          const Search& search, std::vector<typename Search::Item>* items) {
+  using Item = typename Search::Item;
+  return CollectFromBlocks(count, block_size, context, items,
+                           [&search](int64_t begin, int64_t end, std::vector<Item>* found) {
+                             for (int64_t element = begin; element < end; ++element) {
+                               search.VisitItems(
+                                   element, [found](const Item& item) { found->push_back(item); });
+                             }
+                           });
+}
+
 }  // namespace amhex

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "amhex/volume_mesh.h"
@@ -25,6 +26,7 @@ struct PrimitiveTable {
   std::vector<uint8_t> on_hull;  // [half_face_count] 1 if a cube declares it part of the hull
   std::vector<Primitive> primitives;
   int32_t initial_count = 0;  // primitives [0, initial_count) start the mesh (listing 3)
+  std::vector<std::string> device_notes;  // why steps that were to run on a device did not
 };
 
 }  // namespace amhex

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "topology/cell_face.h"
+#include "topology/trilinear_volume.h"
+
 namespace amhex {
 namespace {
 
@@ -13,24 +16,6 @@ bool HasEightVertices(const CellCorners& corners) {
     }
   }
   return true;
-}
-
-// Drops repeated neighbours from a ring of four; returns a face of 0, 3 or 4 corners.
-CellFace CollapsedFace(const CellCorners& corners, const std::array<int, 4>& ring) {
-  const int32_t a = corners[ring[0]], b = corners[ring[1]], c = corners[ring[2]],
-                d = corners[ring[3]];
-  if (a != b && b != c && c != d && d != a && a != c && b != d) return {4, {a, b, c, d}};
-  CellFace face;
-  for (const int corner : ring) {
-    const int32_t v = corners[corner];
-    if (face.count > 0 && face.v[face.count - 1] == v) continue;
-    face.v[face.count++] = v;
-  }
-  if (face.count > 1 && face.v[face.count - 1] == face.v[0]) --face.count;
-  for (int i = face.count; i < 4; ++i) face.v[i] = -1;
-  const bool folded = face.count == 4 && (face.v[0] == face.v[2] || face.v[1] == face.v[3]);
-  if (face.count < 3 || folded) face.count = 0;
-  return face;
 }
 
 // Directed edges of a cell's faces; a proper closed surface has each once and its reverse once.
@@ -91,17 +76,10 @@ double CornerJacobian(const VertexFan& fan, const Vec3d& at, const std::vector<V
 
 }  // namespace
 
-CellFaces FacesOf(const CellCorners& corners) {
-  CellFaces faces;
-  for (const auto& ring : kCubeFaces) {
-    const CellFace face = CollapsedFace(corners, ring);
-    if (face.count > 0) faces.face[faces.count++] = face;
-  }
-  return faces;
-}
+CellFaces FacesOf(const CellCorners& corners) { return CollapsedFaces(corners); }
 
 CellFace FaceInDirection(const CellCorners& corners, int direction) {
-  return CollapsedFace(corners, kCubeFaces[direction]);
+  return CollapsedFace(corners, direction);
 }
 
 CellVertices VerticesOf(const CellCorners& corners) {
@@ -188,24 +166,9 @@ double ScaledJacobian(const CellCorners& corners, const std::vector<Vec3d>& vert
 }
 
 double CellVolume(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
-  const double g = 1.0 / std::sqrt(3.0);
-  std::array<Vec3d, 8> x;
-  for (int i = 0; i < 8; ++i) x[i] = vertices[corners[i]];
-  static constexpr int kSign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                      {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-  double volume = 0;
-  for (const auto& point : kSign) {
-    const double u = point[0] * g, v = point[1] * g, w = point[2] * g;
-    Vec3d du, dv, dw;
-    for (int i = 0; i < 8; ++i) {
-      const double a = 1 + kSign[i][0] * u, b = 1 + kSign[i][1] * v, c = 1 + kSign[i][2] * w;
-      du += x[i] * (kSign[i][0] * b * c / 8);
-      dv += x[i] * (a * kSign[i][1] * c / 8);
-      dw += x[i] * (a * b * kSign[i][2] / 8);
-    }
-    volume += Determinant(du, dv, dw);
-  }
-  return volume;
+  std::array<Vec3d, 8> positions;
+  for (int i = 0; i < 8; ++i) positions[i] = vertices[corners[i]];
+  return TrilinearVolume(positions);
 }
 
 bool IsStarShaped(const CellCorners& corners, const std::vector<Vec3d>& vertices) {

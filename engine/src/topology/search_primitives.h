@@ -11,10 +11,14 @@
 
 namespace amhex {
 
+class DeviceUse;
+
 // Listing 1: all primitives among the faces whose quality exceeds `min_quality`, hexahedra first,
-// turned the right way round; half_faces not filled in.
+// turned the right way round; half_faces not filled in. On `device`, unless it is null, with the
+// same primitives in the same order. Fails only with the run's status and with RunOnCuda's.
 absl::StatusOr<std::vector<Primitive>> SearchPrimitives(const FaceComplex& complex,
                                                         const std::vector<Vec3d>& vertices,
-                                                        double min_quality, RunContext& context);
+                                                        double min_quality, RunContext& context,
+                                                        DeviceUse* device = nullptr);
 
 }  // namespace amhex

@@ -13,8 +13,8 @@ namespace {
 TEST(EdgeNetwork, OfNoEdgesIsEmpty) {
   const EdgeNetwork network = EdgeNetwork::Build(3, {});
   EXPECT_EQ(network.edge_count(), 0);
-  EXPECT_TRUE(network.neighbours(1).empty());
-  EXPECT_FALSE(network.AreConnected(0, 2));
+  EXPECT_TRUE(network.view().NeighboursOf(1).empty());
+  EXPECT_FALSE(network.view().AreConnected(0, 2));
 }
 
 TEST(EdgeNetwork, KeepsEveryEdgeOnceWhateverItsDirection) {
@@ -33,9 +33,11 @@ TEST(EdgeNetwork, NeighboursAreAscendingAndMutual) {
   const EdgeNetwork network = EdgeNetwork::Build(vertex_count, CollectCubeEdges(grid, {}));
   EXPECT_EQ(network.edge_count(), 3 * 3 * 4 * 4);
   for (int32_t v = 0; v < vertex_count; ++v) {
-    const auto neighbours = network.neighbours(v);
-    EXPECT_TRUE(std::is_sorted(neighbours.begin(), neighbours.end()));
-    for (const int32_t other : neighbours) EXPECT_TRUE(network.AreConnected(other, v));
+    const auto around = network.view().NeighboursOf(v);
+    EXPECT_TRUE(std::is_sorted(around.data, around.data + around.size));
+    for (int64_t i = 0; i < around.size; ++i) {
+      EXPECT_TRUE(network.view().AreConnected(around[i], v));
+    }
   }
 }
 
@@ -54,7 +56,9 @@ TEST(EdgeNetwork, ARegionKeepsTheEdgesBetweenItsVertices) {
 
 TEST(EdgeNetwork, CommonNeighboursOfOppositeCornersAreTheOtherTwo) {
   const EdgeNetwork ring = EdgeNetwork::Build(4, {{0, 1}, {1, 2}, {2, 3}, {3, 0}});
-  EXPECT_EQ(CommonNeighbours(ring, 0, 2), (std::vector<int32_t>{1, 3}));
+  std::vector<int32_t> common;
+  ring.view().ForEachCommonNeighbour(0, 2, [&](int32_t vertex) { common.push_back(vertex); });
+  EXPECT_EQ(common, (std::vector<int32_t>{1, 3}));
 }
 
 }  // namespace
