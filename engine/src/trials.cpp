@@ -39,7 +39,7 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 3}};
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 4}};
 constexpr int kLeastClosed = 2;  // where several are started
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.
@@ -86,14 +86,18 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
-// A placed trial with its poor places refilled and its boundary drawn to the hull.
+// A placed trial with its poor places refilled and its boundary drawn to the hull, where
+// `is_followed` does not say that it has been drawn there before.
 absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
-                                             const Improvement& with, RunContext& run) {
-  for (int attempt = 1;; ++attempt) {
+                                             bool is_followed, const Improvement& with,
+                                             RunContext& run) {
+  for (int attempt = 1;; ++attempt, is_followed = false) {
     AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                            RefillPlaces(placed, with.hull, with.features, with.params, run));
-    AMHEX_ASSIGN_OR_RETURN(refilled,
-                           FollowHull(std::move(refilled), with.hull, with.features, run));
+    if (!is_followed || refilled.cells != placed.cells || refilled.vertices != placed.vertices) {
+      AMHEX_ASSIGN_OR_RETURN(refilled,
+                             FollowHull(std::move(refilled), with.hull, with.features, run));
+    }
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {
@@ -128,6 +132,7 @@ int64_t CountOthers(const CellComplex& complex) {
 struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
+  bool is_followed = false;  // its boundary is drawn to the hull
   double loss = 0;
 };
 
@@ -146,7 +151,11 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     if (i + 1 < closed.size()) others += CountOthers(closed[i + 1].complex);
     const bool is_last = i + 1 == closed.size() || others > kMostOthersPlaced;
     if (is_last && i == 0) break;  // nothing to choose from
+    // Drawn to the hull first: how far it is from there says little before.
     PlacedCandidate& newest = placed.back();
+    AMHEX_ASSIGN_OR_RETURN(newest.complex,
+                           FollowHull(std::move(newest.complex), with.hull, with.features, run));
+    newest.is_followed = true;
     newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
     if (is_last || newest.loss < kGoodLoss) break;
   }
@@ -316,9 +325,10 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
                                ImproveMesh(std::move(closed[i].complex), with, run));
         placed.push_back({closed[i].assembly, std::move(next)});
       }
-      AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
-                             RefillUntilValid(assemblies[placed[i].assembly],
-                                              std::move(placed[i].complex), with, run));
+      AMHEX_ASSIGN_OR_RETURN(
+          CellComplex refilled,
+          RefillUntilValid(assemblies[placed[i].assembly], std::move(placed[i].complex),
+                           placed[i].is_followed, with, run));
       const bool is_good =
           SummarizeQuality(refilled, StopPoll(run)).minimum >= params.assembly.min_quality;
       if (!best.has_value() && (is_good || most_placed == 1)) {

@@ -27,11 +27,13 @@ constexpr double kSitesPerWantedCell = 0.985;
 
 // Cells that each trial asks for, as shares of the wanted number: whether a lattice fits between
 // the sides of a solid is a matter of a few percent. The background grid's own density turns the
-// lattice's singularities over as well; trials in a row that have it in common share its fields.
+// lattice's singularities over as well; trials in a row that have it in common share its frames and
+// sizes, and the form as well if they follow the hull alike.
 //
 // Layers that follow the hull firmly have fewer dislocations, but between sides that are not
 // parallel their cells become thin towards the edge: there some layers should end. So trials differ
-// in this, too; the first ones follow lightly, because their poorest cells are better.
+// in this, too: of the first four, which most solids of thousands of cells start, one follows
+// firmly.
 struct TrialDensity {
   double grid;
   double sites;
@@ -41,11 +43,11 @@ constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
 constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kLightly},
                                                                    {1.0, 1.03, kLightly},
+                                                                   {1.0, 0.97, kLightly},
                                                                    {1.0, 0.97, kFirmly},
                                                                    {1.06, 1.06, kLightly},
                                                                    {1.06, 1.03, kLightly},
                                                                    {0.94, 0.94, kLightly},
-                                                                   {0.94, 0.97, kLightly},
                                                                    {1.03, 1.03, kLightly},
                                                                    {1.03, 1.015, kLightly},
                                                                    {0.91, 0.91, kFirmly},
@@ -53,50 +55,55 @@ constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kL
                                                                    {0.97, 0.985, kFirmly}}};
 
 // Ends of the steps on the stage's progress bar, by their measured cost.
-constexpr double kGridDone = 0.35;  // of the fields
-constexpr double kOrientationDone = 0.6;
-constexpr double kSizeDone = 0.8;
-constexpr double kLatticeDone = 0.7;  // of a trial
-constexpr double kPhaseDone = 0.7;    // of what comes after
+constexpr double kGridDone = 0.45;  // of the grid's fields
+constexpr double kOrientationDone = 0.75;
+constexpr double kSizeDone = 0.55;  // of a trial
+constexpr double kLatticeDone = 0.7;
+constexpr double kPhaseDone = 0.7;  // of what comes after
 
-// What all trials share.
-struct Fields {
+// What trials of one grid share.
+struct GridFields {
   fields::BackgroundGrid grid;
+  std::vector<Quaternion> frames;
+  std::vector<Vec3d> sizes;
   fields::ForwardCodes codes;
-  fields::LatticeForm form;
   DeviceUse* device = nullptr;  // where to solve; null = on the CPU
 };
 
-// With as many nodes per cell as ever, where `trial.grid` cells lie in a cubic edge length.
-absl::StatusOr<Fields> SolveFields(const Hull& hull, const HullSamples& samples,
-                                   const TrialDensity& trial, DeviceUse* device,
-                                   const fields::ProgressSlice& slice) {
+// With as many nodes per cell as ever, where `density` cells lie in a cubic edge length.
+absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& samples,
+                                           double density, DeviceUse* device,
+                                           const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
-  Fields result;
+  GridFields result;
   result.device = device;
-  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(trial.grid);
+  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(density);
   AMHEX_ASSIGN_OR_RETURN(result.grid,
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
   OrientationSettings orientation_settings;
   orientation_settings.device = device;
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<Quaternion> frames,
+  AMHEX_ASSIGN_OR_RETURN(result.frames,
                          SolveOrientationField(result.grid, samples, orientation_settings,
                                                slice.Part(kGridDone, kOrientationDone)));
   result.grid.levels.resize(1);  // only the orientation field needs the coarser levels
-  result.codes = MatchNeighbours(result.grid.fine(), frames, run);
+  result.codes = MatchNeighbours(result.grid.fine(), result.frames, run);
   SizeSettings size_settings;
   size_settings.device = device;
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<Vec3d> sizes,
-                         SolveSizeField(result.grid, frames, result.codes, size_settings,
-                                        slice.Part(kOrientationDone, kSizeDone)));
-  LatticeSettings lattice_settings;
-  lattice_settings.density = kSitesPerWantedCell * trial.grid;
-  lattice_settings.hull_edge_weight = trial.hull_edge_weight;
-  lattice_settings.device = device;
-  AMHEX_ASSIGN_OR_RETURN(result.form, SolveLatticeForm(result.grid, frames, sizes, result.codes,
-                                                       lattice_settings, slice.Part(kSizeDone, 1)));
+  AMHEX_ASSIGN_OR_RETURN(result.sizes,
+                         SolveSizeField(result.grid, result.frames, result.codes, size_settings,
+                                        slice.Part(kOrientationDone, 1)));
   return result;
+}
+
+absl::StatusOr<fields::LatticeForm> SolveForm(const GridFields& solved, const TrialDensity& trial,
+                                              const fields::ProgressSlice& slice) {
+  fields::LatticeSettings settings;
+  settings.density = kSitesPerWantedCell * trial.grid;
+  settings.hull_edge_weight = trial.hull_edge_weight;
+  settings.device = solved.device;
+  return fields::SolveLatticeForm(solved.grid, solved.frames, solved.sizes, solved.codes, settings,
+                                  slice);
 }
 
 // The form's equations are linear in the reciprocal sizes: another density is the same form,
@@ -114,11 +121,12 @@ fields::LatticeForm Denser(const fields::LatticeForm& form, double density, cons
   return scaled;
 }
 
-absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, const Fields& solved, double density,
+absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, const GridFields& solved,
+                                   const fields::LatticeForm& shared, double density,
                                    const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
-  LatticeForm form = Denser(solved.form, density, run);
+  LatticeForm form = Denser(shared, density, run);
   FitThinWalls(hull, solved.grid, solved.codes, run, &form);
   PhaseSettings phase_settings;
   phase_settings.device = solved.device;
@@ -141,18 +149,27 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
   DeviceUse* const device = choice.uses_device() ? &choice : nullptr;
   const int count = std::min(trial_count, kMaxTrials);
   std::vector<Sites> trials;
-  std::optional<Fields> solved;
+  std::optional<GridFields> solved;
+  std::optional<fields::LatticeForm> form;
   for (int trial = 0; trial < count; ++trial) {
     const TrialDensity& density = kTrialDensities[static_cast<size_t>(trial)];
     const fields::ProgressSlice slice(run, static_cast<double>(trial) / count,
                                       (trial + 1.0) / count);
-    if (trial == 0 || density.grid != kTrialDensities[static_cast<size_t>(trial - 1)].grid) {
-      solved.reset();  // before the next takes memory
+    const TrialDensity& last = kTrialDensities[static_cast<size_t>(std::max(0, trial - 1))];
+    const bool is_new_grid = trial == 0 || density.grid != last.grid;
+    if (is_new_grid) {
+      form.reset();  // before the next takes memory
+      solved.reset();
       AMHEX_ASSIGN_OR_RETURN(
-          solved, SolveFields(hull, samples, density, device, slice.Part(0, kLatticeDone)));
+          solved, SolveGridFields(hull, samples, density.grid, device, slice.Part(0, kSizeDone)));
     }
-    absl::StatusOr<Sites> sites =
-        SitesOfTrial(hull, *solved, density.sites / density.grid, slice.Part(kLatticeDone, 1));
+    if (is_new_grid || density.hull_edge_weight != last.hull_edge_weight) {
+      form.reset();
+      AMHEX_ASSIGN_OR_RETURN(form,
+                             SolveForm(*solved, density, slice.Part(kSizeDone, kLatticeDone)));
+    }
+    absl::StatusOr<Sites> sites = SitesOfTrial(hull, *solved, *form, density.sites / density.grid,
+                                               slice.Part(kLatticeDone, 1));
     if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
     if (sites.ok()) {
       trials.push_back(*std::move(sites));
