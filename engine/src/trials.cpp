@@ -39,7 +39,7 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 4}};
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 3}};
 constexpr int kLeastClosed = 2;  // where several are started
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.
@@ -56,10 +56,14 @@ constexpr double kGoodMinimum = 0.3;
 // What refilling is expected to make good: it raises most minima above this to the former.
 constexpr double kMendableMinimum = 0.2;
 constexpr double kMinimumWeight = 0.5;
-// Beyond this distance between input and mesh, edge lengths, each tenth counts as much as half a
-// hundredth of the average.
+// Beyond the larger of these distances between input and mesh, edge lengths and a share of the
+// box's diagonal, each tenth of an edge length counts as much as half a hundredth of the average.
 constexpr double kGoodDistance = 1.0 / 6;
+constexpr double kGoodShareOfDiagonal = 0.005;
 constexpr double kDistanceWeight = 0.05;
+// Where a placed mesh has no fault, a closed one of so many times as many other cells is not worth
+// placing: its average would have to be better for all that.
+constexpr double kManyMoreOthers = 1.5;
 
 // What comes next is one of `count` equal parts of the stage.
 void SetPart(size_t index, size_t count, RunContext& run) {
@@ -108,19 +112,28 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
   }
 }
 
-// Less is better. A mesh that leaves out the tip of a wedge has better cells than one that reaches
-// into it, so distances count as well.
-double LossOf(const CellComplex& placed, const Improvement& with, double good_minimum,
-              const StopPoll& poll) {
+// Less is better.
+struct PlacedLoss {
+  double cells = 0;   // of the average and of another number of cells than wanted
+  double faults = 0;  // of a poor minimum and of distances
+  double total() const { return cells + faults; }
+};
+
+// A mesh that leaves out the tip of a wedge has better cells than one that reaches into it, so
+// distances count as well.
+PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double good_minimum,
+                  const StopPoll& poll) {
   const Hull& hull = with.hull;
   const QualitySummary quality = SummarizeQuality(placed, poll);
   const MeshStatistics measured =
       MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll, with.device);
-  const double distance = std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) *
-                          hull.box.Diagonal();  // edge lengths
-  return 1 - quality.average + kMinimumWeight * std::max(0.0, good_minimum - quality.minimum) +
-         kDistanceWeight * std::max(0.0, distance - kGoodDistance) +
-         DeviationLoss(static_cast<double>(placed.cells.size()), hull);
+  const double diagonal = hull.box.Diagonal();  // edge lengths
+  const double distance =
+      std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
+  const double good_distance = std::max(kGoodDistance, kGoodShareOfDiagonal * diagonal);
+  return {1 - quality.average + DeviationLoss(static_cast<double>(placed.cells.size()), hull),
+          kMinimumWeight * std::max(0.0, good_minimum - quality.minimum) +
+              kDistanceWeight * std::max(0.0, distance - good_distance)};
 }
 
 int64_t CountOthers(const CellComplex& complex) {
@@ -133,8 +146,19 @@ struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
   bool is_followed = false;  // its boundary is drawn to the hull
-  double loss = 0;
+  PlacedLoss loss;
 };
+
+// Draws it to the hull first where it has faults: how far it is from there says little before.
+absl::Status JudgePlaced(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
+  candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
+  if (candidate.loss.faults == 0) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(candidate.complex,
+                         FollowHull(std::move(candidate.complex), with.hull, with.features, run));
+  candidate.is_followed = true;
+  candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
+  return absl::OkStatus();
+}
 
 // Of the closed trials, best first, those that are worth placing, least loss first. They are the
 // first of `closed`, and taken from there.
@@ -147,21 +171,25 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     SetPart(i, closed.size(), run);
     AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
                            ImproveMesh(std::move(closed[i].complex), with, run));
-    placed.push_back({closed[i].assembly, std::move(complex)});
-    if (i + 1 < closed.size()) others += CountOthers(closed[i + 1].complex);
+    placed.push_back({closed[i].assembly, std::move(complex), false, {}});
+    const int64_t own_others = CountOthers(placed.back().complex);
+    const int64_t next_others =
+        i + 1 < closed.size() ? CountOthers(closed[i + 1].complex) : int64_t{0};
+    others += next_others;
     const bool is_last = i + 1 == closed.size() || others > kMostOthersPlaced;
     if (is_last && i == 0) break;  // nothing to choose from
-    // Drawn to the hull first: how far it is from there says little before.
     PlacedCandidate& newest = placed.back();
-    AMHEX_ASSIGN_OR_RETURN(newest.complex,
-                           FollowHull(std::move(newest.complex), with.hull, with.features, run));
-    newest.is_followed = true;
-    newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
-    if (is_last || newest.loss < kGoodLoss) break;
+    AMHEX_RETURN_IF_ERROR(JudgePlaced(with, run, newest));
+    if (is_last || newest.loss.total() < kGoodLoss) break;
+    if (newest.loss.faults == 0 &&
+        static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others)) {
+      break;
+    }
   }
-  std::stable_sort(
-      placed.begin(), placed.end(),
-      [](const PlacedCandidate& a, const PlacedCandidate& b) { return a.loss < b.loss; });
+  std::stable_sort(placed.begin(), placed.end(),
+                   [](const PlacedCandidate& a, const PlacedCandidate& b) {
+                     return a.loss.total() < b.loss.total();
+                   });
   return placed;
 }
 
@@ -323,7 +351,7 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
       if (i == placed.size()) {
         AMHEX_ASSIGN_OR_RETURN(CellComplex next,
                                ImproveMesh(std::move(closed[i].complex), with, run));
-        placed.push_back({closed[i].assembly, std::move(next)});
+        placed.push_back({closed[i].assembly, std::move(next), false, {}});
       }
       AMHEX_ASSIGN_OR_RETURN(
           CellComplex refilled,
@@ -335,7 +363,7 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
         best = std::move(refilled);
         break;
       }
-      const double loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run));
+      const double loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run)).total();
       if (!best.has_value() || loss < least) {
         best = std::move(refilled);
         least = loss;

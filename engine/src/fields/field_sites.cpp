@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -32,7 +33,7 @@ constexpr double kSitesPerWantedCell = 0.985;
 //
 // Layers that follow the hull firmly have fewer dislocations, but between sides that are not
 // parallel their cells become thin towards the edge: there some layers should end. So trials differ
-// in this, too: of the first four, which most solids of thousands of cells start, one follows
+// in this, too: of the first three, which most solids of thousands of cells start, one follows
 // firmly.
 struct TrialDensity {
   double grid;
@@ -43,8 +44,8 @@ constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
 constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kLightly},
                                                                    {1.0, 1.03, kLightly},
-                                                                   {1.0, 0.97, kLightly},
                                                                    {1.0, 0.97, kFirmly},
+                                                                   {1.0, 0.97, kLightly},
                                                                    {1.06, 1.06, kLightly},
                                                                    {1.06, 1.03, kLightly},
                                                                    {0.94, 0.94, kLightly},
@@ -150,26 +151,25 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
   const int count = std::min(trial_count, kMaxTrials);
   std::vector<Sites> trials;
   std::optional<GridFields> solved;
-  std::optional<fields::LatticeForm> form;
+  std::map<double, fields::LatticeForm> forms;  // of that grid, by how firmly they follow the hull
   for (int trial = 0; trial < count; ++trial) {
     const TrialDensity& density = kTrialDensities[static_cast<size_t>(trial)];
     const fields::ProgressSlice slice(run, static_cast<double>(trial) / count,
                                       (trial + 1.0) / count);
-    const TrialDensity& last = kTrialDensities[static_cast<size_t>(std::max(0, trial - 1))];
-    const bool is_new_grid = trial == 0 || density.grid != last.grid;
-    if (is_new_grid) {
-      form.reset();  // before the next takes memory
+    if (trial == 0 || density.grid != kTrialDensities[static_cast<size_t>(trial - 1)].grid) {
+      forms.clear();  // before the next takes memory
       solved.reset();
       AMHEX_ASSIGN_OR_RETURN(
           solved, SolveGridFields(hull, samples, density.grid, device, slice.Part(0, kSizeDone)));
     }
-    if (is_new_grid || density.hull_edge_weight != last.hull_edge_weight) {
-      form.reset();
-      AMHEX_ASSIGN_OR_RETURN(form,
+    auto form = forms.find(density.hull_edge_weight);
+    if (form == forms.end()) {
+      AMHEX_ASSIGN_OR_RETURN(fields::LatticeForm closed,
                              SolveForm(*solved, density, slice.Part(kSizeDone, kLatticeDone)));
+      form = forms.emplace(density.hull_edge_weight, std::move(closed)).first;
     }
-    absl::StatusOr<Sites> sites = SitesOfTrial(hull, *solved, *form, density.sites / density.grid,
-                                               slice.Part(kLatticeDone, 1));
+    absl::StatusOr<Sites> sites = SitesOfTrial(
+        hull, *solved, form->second, density.sites / density.grid, slice.Part(kLatticeDone, 1));
     if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
     if (sites.ok()) {
       trials.push_back(*std::move(sites));
