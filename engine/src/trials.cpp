@@ -39,7 +39,7 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 3}};
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 2}};
 constexpr int kLeastClosed = 2;  // where several are started
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.

@@ -33,7 +33,7 @@ constexpr double kSitesPerWantedCell = 0.985;
 //
 // Layers that follow the hull firmly have fewer dislocations, but between sides that are not
 // parallel their cells become thin towards the edge: there some layers should end. So trials differ
-// in this, too: of the first three, which most solids of thousands of cells start, one follows
+// in this, too: of the first two, which most solids of thousands of cells start, one follows
 // firmly.
 struct TrialDensity {
   double grid;
@@ -43,8 +43,8 @@ struct TrialDensity {
 constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
 constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kLightly},
-                                                                   {1.0, 1.03, kLightly},
                                                                    {1.0, 0.97, kFirmly},
+                                                                   {1.0, 1.03, kLightly},
                                                                    {1.0, 0.97, kLightly},
                                                                    {1.06, 1.06, kLightly},
                                                                    {1.06, 1.03, kLightly},
