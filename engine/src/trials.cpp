@@ -176,7 +176,11 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     const int64_t next_others =
         i + 1 < closed.size() ? CountOthers(closed[i + 1].complex) : int64_t{0};
     others += next_others;
-    const bool is_last = i + 1 == closed.size() || others > kMostOthersPlaced;
+    // Refilling takes longer than placing another one where it may well be in vain.
+    const bool is_mendable =
+        SummarizeQuality(placed.back().complex, StopPoll(run)).minimum >= kMendableMinimum;
+    const bool is_last =
+        i + 1 == closed.size() || (others > kMostOthersPlaced && (i > 0 || is_mendable));
     if (is_last && i == 0) break;  // nothing to choose from
     PlacedCandidate& newest = placed.back();
     AMHEX_RETURN_IF_ERROR(JudgePlaced(with, run, newest));
