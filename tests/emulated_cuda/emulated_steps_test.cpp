@@ -30,7 +30,26 @@
 namespace amhex {
 namespace {
 
-class EmulatedSteps : public EmulatedDeviceTest {};
+class EmulatedSteps : public EmulatedDeviceTest {
+ protected:
+  // What `step` announces is what it takes, and it gives all back, however it ends.
+  void ExpectEstimateAndReturns(const std::function<absl::Status()>& step) {
+    controls().capacity = 1;
+    const double estimate = Announced(step());
+    EXPECT_EQ(controls().uploads, 0);
+    device_->Restart();
+    ASSERT_TRUE(step().ok());
+    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
+    EXPECT_EQ(controls().used, 0);
+    const int64_t calls = controls().calls;
+    for (int64_t call = 5; call < calls * 4 / 5; call += calls / 9) {  // the last ones only free
+      device_->Restart();
+      controls().failing_call = call;
+      EXPECT_EQ(step().code(), absl::StatusCode::kInternal) << "call " << call;
+      EXPECT_EQ(controls().used, 0);
+    }
+  }
+};
 
 // A sphere's fields, solved on the host, and a device to solve them again.
 class EmulatedFields : public EmulatedDeviceTest {
@@ -157,20 +176,7 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheHierarchyAsEstimatedAndGivesItBackW
       return error.status();
     }
   };
-  controls().capacity = 1;
-  const double estimate = Announced(build());
-  EXPECT_EQ(controls().uploads, 0);
-  device_->Restart();
-  ASSERT_TRUE(build().ok());
-  EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
-  EXPECT_EQ(controls().used, 0);
-  const int64_t calls = controls().calls;
-  for (int64_t call = 5; call < calls * 4 / 5; call += calls / 9) {  // the last ones only free
-    device_->Restart();
-    controls().failing_call = call;
-    EXPECT_EQ(build().code(), absl::StatusCode::kInternal) << "call " << call;
-    EXPECT_EQ(controls().used, 0);
-  }
+  ExpectEstimateAndReturns(build);
   device_->Restart();
   run.RequestStop();
   EXPECT_THROW(build().IgnoreError(), RunStopped);
@@ -382,20 +388,7 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForTheTopologyAsEstimatedAndGivesItBackWh
       [&] { return SearchPrimitives(complex, grid.vertices, 0, run, &*device).status(); }};
   for (const auto& step : steps) {
     device_->Restart();
-    controls().capacity = 1;
-    const double estimate = Announced(step());
-    EXPECT_EQ(controls().uploads, 0);
-    device_->Restart();
-    ASSERT_TRUE(step().ok());
-    EXPECT_NEAR(estimate / static_cast<double>(controls().peak), 1.0, 0.1);
-    EXPECT_EQ(controls().used, 0);
-    const int64_t calls = controls().calls;
-    for (int64_t call = 5; call < calls * 4 / 5; call += calls / 9) {  // the last ones only free
-      device_->Restart();
-      controls().failing_call = call;
-      EXPECT_EQ(step().code(), absl::StatusCode::kInternal) << "call " << call;
-      EXPECT_EQ(controls().used, 0);
-    }
+    ExpectEstimateAndReturns(step);
   }
   device_->Restart();
   run.RequestStop();
