@@ -21,8 +21,8 @@ constexpr int kManyReaders = 100;
 
 class Bell : public FeedListener {
  public:
-  void Wake() override { ++count; }
-  int count = 0;
+  void Wake() override { ++count; }  // from any thread
+  std::atomic<int> count = 0;
 };
 
 Job MakeJob(Job::State state) {
