@@ -23,12 +23,13 @@ using amhex::v1::Job;
 class AccessTest : public TokenServerTest {
  protected:
   void SetUp() override {
-    Start("ada submit,read " + Sha256Hex("ada's") + " max_queued=3 max_blob_bytes=10000\n" +
-          "bob submit,read " + Sha256Hex("bob's") + "\n" +   //
-          "viewer read " + Sha256Hex("viewer's") + "\n" +    //
-          "sender submit " + Sha256Hex("sender's") + "\n" +  //
-          "auditor read-all " + Sha256Hex("auditor's") + "\n" + "root admin " +
-          Sha256Hex("root's") + "\n");
+    StartWithTokens("ada submit,read " + Sha256Hex("ada's") +
+                    " max_queued=3 max_blob_bytes=10000\n" + "bob submit,read " +
+                    Sha256Hex("bob's") + "\n" +                        //
+                    "viewer read " + Sha256Hex("viewer's") + "\n" +    //
+                    "sender submit " + Sha256Hex("sender's") + "\n" +  //
+                    "auditor read-all " + Sha256Hex("auditor's") + "\n" + "root admin " +
+                    Sha256Hex("root's") + "\n");
   }
 
   std::unique_ptr<grpc::ClientContext> As(const std::string& token) {

@@ -15,32 +15,16 @@
 #include "error_reason.h"
 #include "job.h"
 #include "job_manager.h"
-#include "service_fixtures.h"
+#include "scripted_server_fixture.h"
 
 namespace amhex::server {
 namespace {
 
 using amhex::v1::Job;
 
-class ServerTest : public ::testing::Test {
+class ServerTest : public ScriptedServerTest {
  protected:
-  void SetUp() override {
-    options_.listen = {"127.0.0.1:0"};
-    options_.metrics_listen = "";
-    options_.data_dir = folder_ / "data";
-    options_.worker = AMHEX_SCRIPTED_WORKER;
-    Start();
-  }
-
-  void Start() {
-    auto created = Server::Create(options_);
-    ASSERT_TRUE(created.ok()) << created.status();
-    server_ = *std::move(created);
-    channel_ =
-        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel_);
-    blobs_ = amhex::v1::Blobs::NewStub(channel_);
-  }
+  void SetUp() override { Start(); }
 
   grpc::Status Submit(const amhex::v1::SubmitJobRequest& request, Job* job) {
     grpc::ClientContext context;
@@ -110,12 +94,6 @@ class ServerTest : public ::testing::Test {
     return stream->Finish();
   }
 
-  TemporaryFolder folder_;
-  ServerOptions options_;
-  std::unique_ptr<Server> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
-  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
   grpc::Status watch_status_;
   grpc::Status read_status_;
 };

@@ -59,8 +59,8 @@ bool FillIn(const Named& named, Message* message) {
 class IsolationTest : public TokenServerTest {
  protected:
   void SetUp() override {
-    Start("ada submit,read " + Sha256Hex("ada's") + "\nbob submit,read " + Sha256Hex("bob's") +
-          "\n");
+    StartWithTokens("ada submit,read " + Sha256Hex("ada's") + "\nbob submit,read " +
+                    Sha256Hex("bob's") + "\n");
   }
 
   std::unique_ptr<grpc::ClientContext> As(const std::string& caller) {

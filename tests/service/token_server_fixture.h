@@ -1,49 +1,27 @@
 // A server in this process that tells its callers apart by their tokens.
 #pragma once
 
-#include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
-#include <memory>
 #include <string>
 
-#include "amhex/v1/blob_service.grpc.pb.h"
-#include "amhex/v1/meshing_service.grpc.pb.h"
 #include "files.h"
-#include "server.h"
-#include "service_fixtures.h"
+#include "scripted_server_fixture.h"
 
 namespace amhex::server {
 
-class TokenServerTest : public ::testing::Test {
+class TokenServerTest : public ScriptedServerTest {
  protected:
   // With `tokens` as the text of its token file.
-  void Start(const std::string& tokens) {
+  void StartWithTokens(const std::string& tokens) {
     WriteTokens(tokens);
-    options_.listen = {"127.0.0.1:0"};
-    options_.metrics_listen = "";
-    options_.data_dir = folder_ / "data";
-    options_.worker = AMHEX_SCRIPTED_WORKER;
     options_.tokens = folder_ / "tokens";
-    auto created = Server::Create(options_);
-    ASSERT_TRUE(created.ok()) << created.status();
-    server_ = *std::move(created);
-    channel_ =
-        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel_);
-    blobs_ = amhex::v1::Blobs::NewStub(channel_);
+    Start();
   }
 
   void WriteTokens(const std::string& text) {
     ASSERT_TRUE(WriteFileAtomically(folder_ / "tokens", text).ok());
   }
-
-  TemporaryFolder folder_;
-  ServerOptions options_;
-  std::unique_ptr<Server> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
-  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
 };
 
 }  // namespace amhex::server
