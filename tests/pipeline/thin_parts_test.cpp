@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using testing_support::BrokenLaws;
 using testing_support::MeasureBoundary;
 using testing_support::TotalVolume;
@@ -145,6 +146,22 @@ TEST(ThinParts, ARodOfACloudThatIsLostIsToldWithItsPlace) {
   ASSERT_FALSE(result->warnings.empty());
   EXPECT_THAT(result->warnings.back(), HasSubstr("farther than an edge length from the mesh"));
   EXPECT_THAT(result->warnings.back(), HasSubstr("at (15"));
+}
+
+TEST(ThinParts, ASurfaceWithinTheSolidIsNotToldAsThin) {
+  // Both look outward, so that the inner one bounds no cavity.
+  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeBox({7, 7, 7}, 1), 4000, 1);
+  const PointCloud inner = fixtures::SampleSurface(fixtures::MakeBox({1, 1, 1}, 1), 400, 2);
+  for (size_t i = 0; i < inner.points.size(); ++i) {
+    cloud.points.push_back(inner.points[i] + Vec3d{3, 3, 3});
+    cloud.normals.push_back(inner.normals[i]);
+  }
+  const auto result = MeshWithEdgesOfOne(cloud);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->statistics.distance_exceeds_cell);
+  ASSERT_FALSE(result->warnings.empty());
+  EXPECT_THAT(result->warnings.back(), HasSubstr("surfaces that bound none: 1; up to 3"));
+  EXPECT_THAT(result->warnings.back(), Not(HasSubstr("too thin")));
 }
 
 TEST(ThinParts, APlateTooThinForAnyCellIsTheInputsFault) {

@@ -13,6 +13,7 @@
 #include "base/status_macros.h"
 #include "input/curvature.h"
 #include "input/estimate_normals.h"
+#include "input/hollow_parts.h"
 #include "input/point_tree.h"
 
 namespace amhex {
@@ -179,6 +180,12 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Note(SettleSpacing(hoods, samples),
        "outliers, much farther from their neighbours than those from theirs, left out", warnings);
+  if (cloud.normals.empty()) {
+    AMHEX_ASSIGN_OR_RETURN(const int64_t turned, HollowNestedParts(run, samples));
+    Note(turned,
+         "closed parts of the cloud within others, taken for cavities without normals to tell",
+         warnings);
+  }
   return samples;
 }
 

@@ -16,7 +16,6 @@ namespace amhex {
 namespace {
 
 constexpr int kPlaneNeighbours = 16;
-constexpr int kGraphNeighbours = 10;
 
 Vec3d PlaneNormal(const std::vector<Vec3d>& points,
                   const std::vector<PointTree::Neighbour>& neighbours) {
@@ -110,7 +109,7 @@ absl::StatusOr<std::vector<Vec3d>> EstimateNormals(const std::vector<Vec3d>& poi
     std::vector<PointTree::Neighbour> neighbours;
     tree.Nearest(points[i], kPlaneNeighbours, neighbours);
     normals[i] = PlaneNormal(points, neighbours);
-    const size_t linked = std::min<size_t>(neighbours.size(), kGraphNeighbours + 1);
+    const size_t linked = std::min<size_t>(neighbours.size(), kLinkedNeighbours + 1);
     for (size_t k = 0; k < linked; ++k) {
       if (neighbours[k].index != static_cast<int32_t>(i)) graph[i].push_back(neighbours[k].index);
     }

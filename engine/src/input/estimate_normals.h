@@ -9,6 +9,9 @@
 
 namespace amhex {
 
+// Nearest neighbours of a point that count as its neighbours in the graph.
+inline constexpr int kLinkedNeighbours = 10;
+
 // Unit normals by principal components of 16 neighbours, oriented along a minimum spanning tree of
 // the neighbour graph (Hoppe et al. 1992) and outward in each connected part: the point farthest
 // out along an axis decides. O(n log n).

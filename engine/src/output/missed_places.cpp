@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -78,6 +79,17 @@ std::vector<Vec3d> PointsOfInput(const Hull& hull) {
 
 std::string Text(const Vec3d& p) { return absl::StrCat("(", p.x, ", ", p.y, ", ", p.z, ")"); }
 
+// How many, and the first few with their places.
+std::string Named(const std::vector<MissedPlace>& places) {
+  std::string text = absl::StrCat(places.size());
+  for (size_t i = 0; i < std::min(places.size(), kMostNamed); ++i) {
+    absl::StrAppend(&text, i == 0 ? "; " : ", ", "up to ", places[i].distance, " at ",
+                    Text(places[i].farthest), " within ", Text(places[i].box.low), " to ",
+                    Text(places[i].box.high));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull& hull,
@@ -96,7 +108,9 @@ std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull
     const Vec3d point = hull.frame.ToUser(m.point);
     const double distance = m.distance * hull.frame.scale;
     place.box.Extend(point);
-    if (distance > place.distance) place.distance = distance, place.farthest = point;
+    if (distance <= place.distance) continue;
+    place.distance = distance, place.farthest = point;
+    place.is_covered = queries.IsInside(m.point);
   }
   std::vector<MissedPlace> result;
   for (const auto& [number, place] : places) result.push_back(place);
@@ -107,15 +121,18 @@ std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull
 }
 
 std::string DescribeMissedPlaces(const std::vector<MissedPlace>& places) {
-  if (places.empty()) return "";
-  std::string text = absl::StrCat(
-      "places of the input farther than an edge length from the mesh, too thin for its cells most "
-      "likely: ",
-      places.size());
-  for (size_t i = 0; i < std::min(places.size(), kMostNamed); ++i) {
-    absl::StrAppend(&text, i == 0 ? "; " : ", ", "up to ", places[i].distance, " at ",
-                    Text(places[i].farthest), " within ", Text(places[i].box.low), " to ",
-                    Text(places[i].box.high));
+  std::string text;
+  for (const bool covered : {false, true}) {
+    std::vector<MissedPlace> alike;
+    std::copy_if(places.begin(), places.end(), std::back_inserter(alike),
+                 [&](const MissedPlace& place) { return place.is_covered == covered; });
+    if (alike.empty()) continue;
+    absl::StrAppend(
+        &text, text.empty() ? "" : "; ",
+        "places of the input farther than an edge length from the mesh, ",
+        covered ? "within its cells, cavities too small for them or surfaces that bound none: "
+                : "too thin for its cells most likely: ",
+        Named(alike));
   }
   return text;
 }
