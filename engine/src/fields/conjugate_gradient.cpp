@@ -1,48 +1,47 @@
 #include "fields/conjugate_gradient.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <variant>
 
+#include "base/vector_lanes.h"
 #include "cuda/device_use.h"
-#include "fields/field_loops.h"
-#include "fields/frame_lanes.h"
 #include "fields/gradient_task.h"
+#include "fields/sum_blocks.h"
 
 namespace amhex::fields {
 namespace {
 
-using DoubleQuad = double __attribute__((vector_size(32), aligned(alignof(double))));
-using FloatQuad = float __attribute__((vector_size(16), aligned(alignof(float))));
+// Eight numbers.
+using FloatLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
 
-AMHEX_LANES_INLINE FloatQuad Load(const float* from) {
-  FloatQuad lanes;
+AMHEX_LANES_INLINE FloatLanes Load(const float* from) {
+  FloatLanes lanes;
   std::memcpy(&lanes, from, sizeof(lanes));
   return lanes;
 }
-AMHEX_LANES_INLINE void Store(const FloatQuad& lanes, float* to) {
+AMHEX_LANES_INLINE void Store(const FloatLanes& lanes, float* to) {
   std::memcpy(to, &lanes, sizeof(lanes));
 }
-AMHEX_LANES_INLINE DoubleQuad ToDoubles(const FloatQuad& lanes) {
-  return __builtin_convertvector(lanes, DoubleQuad);
+AMHEX_LANES_INLINE DoubleLanes ToDoubles(const FloatLanes& lanes) {
+  return __builtin_convertvector(lanes, DoubleLanes);
 }
 
-// Sum over i in [0, count) of the terms that `term(i)` gives four at a time, in four interleaved
-// partial sums per block: fixed order, short dependency. `last_term(i)` gives a single one, for
-// what is left of a block.
+// Sum over i in [begin, end) of the terms that `term(i)` gives eight at a time; `last_term(i)`
+// gives a single one, for what is left at the end.
 template <class Term, class LastTerm>
-double Sum(const RunContext& run, int64_t count, const Term& term, const LastTerm& last_term) {
-  return DeterministicSum(run, count, [&](int64_t begin, int64_t end) {
-    DoubleQuad sums{};
-    RunWithWidestVectors([&] {
-      DoubleQuad partial{};
-      int64_t i = begin;
-      for (; i + 4 <= end; i += 4) partial += term(i);
-      for (; i < end; ++i) partial[0] += last_term(i);
-      sums = partial;
-    });
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+double SumOfBlock(int64_t begin, int64_t end, const Term& term, const LastTerm& last_term) {
+  double sum = 0;
+  RunWithWidestVectors([&] {
+    DoubleLanes partial{};
+    int64_t i = begin;
+    for (; i + kSumLanes <= end; i += kSumLanes) partial += term(i);
+    for (; i < end; ++i) partial[0] += last_term(i);
+    sum = SumOfLanes(partial);
   });
+  return sum;
 }
 
 // The arrays of one solve.
@@ -52,98 +51,135 @@ class Solve {
         std::vector<float>* x)
       : system_(system),
         run_(run),
-        count_(static_cast<int64_t>(rhs.size())),
+        node_count_(static_cast<int64_t>(rhs.size()) / system.unknowns),
         rhs_(rhs.data()),
-        diagonal_(system.diagonal.data()),
+        inverse_(system.inverse_diagonal.data()),
         x_(x->data()),
         residual_(rhs.size()),
         direction_(rhs.size()),
-        product_(rhs.size()) {
-    system_.apply(*x, product_);
-  }
+        product_(rhs.size()),
+        block_sums_(NodeSumBlocks(node_count_)) {}
 
-  double RightSideNorm() const {
-    return Sum(
-        run_, count_,
-        [&](int64_t i) {
-          const DoubleQuad r = ToDoubles(Load(rhs_ + i));
-          return r * r / ToDoubles(Load(diagonal_ + i));
-        },
-        [&](int64_t i) { return static_cast<double>(rhs_[i]) * rhs_[i] / diagonal_[i]; });
+  double RightSideNorm() {
+    return Sum([&](int64_t begin, int64_t end) {
+      return SumOfBlock(
+          begin, end,
+          [&](int64_t i) {
+            const DoubleLanes r = ToDoubles(Load(rhs_ + i));
+            return r * r * ToDoubles(Load(inverse_ + i));
+          },
+          [&](int64_t i) { return static_cast<double>(rhs_[i]) * rhs_[i] * inverse_[i]; });
+    });
   }
 
   // The residual and the first direction; returns the residual's norm.
   double Start() {
     float *residual = residual_.data(), *direction = direction_.data();
     const float* product = product_.data();
-    return Sum(
-        run_, count_,
-        [&](int64_t i) {
-          const FloatQuad r = Load(rhs_ + i) - Load(product + i);
-          const FloatQuad d = r / Load(diagonal_ + i);
-          Store(r, residual + i);
-          Store(d, direction + i);
-          return ToDoubles(r) * ToDoubles(d);
-        },
-        [&](int64_t i) {
-          residual[i] = rhs_[i] - product[i];
-          direction[i] = residual[i] / diagonal_[i];
-          return static_cast<double>(residual[i]) * direction[i];
-        });
+    for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, x_);
+    return Sum([&](int64_t begin, int64_t end) {
+      return SumOfBlock(
+          begin, end,
+          [&](int64_t i) {
+            const FloatLanes r = Load(rhs_ + i) - Load(product + i);
+            const FloatLanes d = r * Load(inverse_ + i);
+            Store(r, residual + i);
+            Store(d, direction + i);
+            return ToDoubles(r) * ToDoubles(d);
+          },
+          [&](int64_t i) {
+            residual[i] = rhs_[i] - product[i];
+            direction[i] = residual[i] * inverse_[i];
+            return static_cast<double>(residual[i]) * direction[i];
+          });
+    });
   }
 
   double Curvature() {
-    system_.apply(direction_, product_);
     const float *direction = direction_.data(), *product = product_.data();
-    return Sum(
-        run_, count_,
-        [&](int64_t i) { return ToDoubles(Load(direction + i)) * ToDoubles(Load(product + i)); },
-        [&](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
+    const int last = system_.passes - 1;
+    for (int pass = 0; pass < last; ++pass) Apply(pass, direction);
+    return Sum([&](int64_t begin, int64_t end) {
+      system_.apply(last, begin / system_.unknowns, end / system_.unknowns, direction,
+                    product_.data());
+      return SumOfBlock(
+          begin, end,
+          [&](int64_t i) { return ToDoubles(Load(direction + i)) * ToDoubles(Load(product + i)); },
+          [&](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
+    });
   }
 
   // Moves x along the direction; returns the new residual's norm.
   double Move(float step) {
     float* residual = residual_.data();
     const float *direction = direction_.data(), *product = product_.data();
-    return Sum(
-        run_, count_,
-        [&](int64_t i) {
-          Store(Load(x_ + i) + step * Load(direction + i), x_ + i);
-          const FloatQuad r = Load(residual + i) - step * Load(product + i);
-          Store(r, residual + i);
-          return ToDoubles(r) * ToDoubles(r) / ToDoubles(Load(diagonal_ + i));
-        },
-        [&](int64_t i) {
-          x_[i] += step * direction[i];
-          residual[i] -= step * product[i];
-          return static_cast<double>(residual[i]) * residual[i] / diagonal_[i];
-        });
+    return Sum([&](int64_t begin, int64_t end) {
+      return SumOfBlock(
+          begin, end,
+          [&](int64_t i) {
+            Store(Load(x_ + i) + step * Load(direction + i), x_ + i);
+            const FloatLanes r = Load(residual + i) - step * Load(product + i);
+            Store(r, residual + i);
+            return ToDoubles(r) * ToDoubles(r) * ToDoubles(Load(inverse_ + i));
+          },
+          [&](int64_t i) {
+            x_[i] += step * direction[i];
+            residual[i] -= step * product[i];
+            return static_cast<double>(residual[i]) * residual[i] * inverse_[i];
+          });
+    });
   }
 
   void Turn(float carry) {
     const float* residual = residual_.data();
     float* direction = direction_.data();
-    ForEachInLanes(run_, (count_ + 3) / 4, [&](int64_t quad) {
-      const int64_t i = 4 * quad;
-      if (i + 4 <= count_) {
-        const FloatQuad r = Load(residual + i) / Load(diagonal_ + i);
-        Store(r + carry * Load(direction + i), direction + i);
-        return;
-      }
-      for (int64_t k = i; k < count_; ++k) {
-        direction[k] = residual[k] / diagonal_[k] + carry * direction[k];
-      }
+    ForBlocks([&](int64_t, int64_t begin, int64_t end) {
+      RunWithWidestVectors([&] {
+        int64_t i = begin;
+        for (; i + kSumLanes <= end; i += kSumLanes) {
+          const FloatLanes r = Load(residual + i) * Load(inverse_ + i);
+          Store(r + carry * Load(direction + i), direction + i);
+        }
+        for (; i < end; ++i) direction[i] = residual[i] * inverse_[i] + carry * direction[i];
+      });
     });
   }
 
  private:
+  // body(block, first unknown, end of the unknowns).
+  template <class Body>
+  void ForBlocks(const Body& body) const {
+    const int64_t unknowns = system_.unknowns;
+    oneapi::tbb::parallel_for(int64_t{0}, NodeSumBlocks(node_count_), [&](int64_t block) {
+      if (run_.ShouldStop()) return;
+      body(block, block * kNodesPerSum * unknowns,
+           std::min(node_count_, (block + 1) * kNodesPerSum) * unknowns);
+    });
+  }
+  // Of block_sum(first unknown, end of the unknowns), combined in order.
+  template <class BlockSum>
+  double Sum(const BlockSum& block_sum) {
+    ForBlocks([&](int64_t block, int64_t begin, int64_t end) {
+      block_sums_[block] = block_sum(begin, end);
+    });
+    double sum = 0;
+    for (const double s : block_sums_) sum += s;
+    return sum;
+  }
+  void Apply(int pass, const float* x) {
+    ForBlocks([&](int64_t, int64_t begin, int64_t end) {
+      system_.apply(pass, begin / system_.unknowns, end / system_.unknowns, x, product_.data());
+    });
+  }
+
   const LinearSystem& system_;
   const RunContext& run_;
-  const int64_t count_;
+  const int64_t node_count_;
   const float* rhs_;
-  const float* diagonal_;
+  const float* inverse_;  // of the diagonal
   float* x_;
   std::vector<float> residual_, direction_, product_;
+  std::vector<double> block_sums_;
 };
 
 absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<float>& rhs,
@@ -180,9 +216,8 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
   GradientTask task;
   task.matrix = system.matrix;
   task.resident = system.resident;
-  task.node_count = std::visit(
-      [&](const auto& matrix) { return ViewOf(rhs).size / matrix.kUnknowns; }, system.matrix);
-  task.diagonal = ViewOf(system.diagonal);
+  task.node_count = ViewOf(rhs).size / system.unknowns;
+  task.inverse_diagonal = ViewOf(system.inverse_diagonal);
   task.right_side = ViewOf(rhs);
   task.x = x;
   task.max_iterations = limits.max_iterations;

@@ -1,6 +1,7 @@
 // Conjugate gradients with a diagonal preconditioner for the fields' least-squares systems.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -18,8 +19,12 @@ namespace amhex::fields {
 // Symmetric positive definite. Single precision: the systems are large and bound by memory, and
 // their tolerances are 1e-3 to 1e-4; sums are taken in double precision in a fixed order.
 struct LinearSystem {
-  std::function<void(const std::vector<float>& x, std::vector<float>& product)> apply;
-  std::vector<float> diagonal;  // > 0
+  int unknowns = 1;  // per node
+  int passes = 1;    // that make a product
+  // One pass of product = matrix times x, for the nodes from `begin` to `end`, after the passes
+  // before it have been through all nodes. Called by many threads.
+  std::function<void(int pass, int64_t begin, int64_t end, const float* x, float* product)> apply;
+  std::vector<float> inverse_diagonal;  // > 0
   // Where it is solved, and the same matrix for there; null: on the CPU.
   DeviceUse* device = nullptr;
   LinearOperator matrix;  // on arrays that outlive the system

@@ -5,15 +5,10 @@ namespace {
 
 LaneRotation ForLanes(const AxisRotation& rotation) {
   LaneRotation lanes{};
-  lanes.source[3] = lanes.inverse[3] = 3;
   for (int c = 6; c < 8; ++c) lanes.phase_source[c] = lanes.phase_inverse[c] = c;
   for (int to = 0; to < 3; ++to) {
     const int from = rotation.source[to];
     const auto sign = static_cast<float>(rotation.sign[to]);
-    lanes.source[to] = from;
-    lanes.inverse[from] = to;
-    lanes.sign[to] = sign;
-    lanes.inverse_sign[from] = sign;
     for (int part = 0; part < 2; ++part) {
       lanes.phase_source[2 * to + part] = 2 * from + part;
       lanes.phase_inverse[2 * from + part] = 2 * to + part;

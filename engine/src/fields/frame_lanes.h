@@ -4,20 +4,17 @@
 // same operations on one number after the other, to the bit.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
 
 #include "base/vector_lanes.h"
-#include "fields/field_loops.h"
 #include "fields/octahedral_group.h"
 
 namespace amhex::fields {
 
 // One number per axis; the fourth lane is not used.
 using AxisLanes = float __attribute__((vector_size(16), aligned(alignof(float))));
-using AxisLaneNumbers = int32_t __attribute__((vector_size(16), aligned(alignof(int32_t))));
 // A complex number per axis, real parts in the even lanes; the last two lanes are not used.
 using PhaseLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
 using PhaseLaneNumbers = int32_t __attribute__((vector_size(32), aligned(alignof(int32_t))));
@@ -25,9 +22,6 @@ using PhaseLaneNumbers = int32_t __attribute__((vector_size(32), aligned(alignof
 AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
   const AxisLanes lanes = {from[0], from[1], from[2], 0};
   return lanes;
-}
-AMHEX_LANES_INLINE void StoreAxes(const AxisLanes& lanes, float* to) {
-  std::memcpy(to, &lanes, 3 * sizeof(float));
 }
 AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) {
   AxisLanes first;
@@ -39,26 +33,18 @@ AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
   std::memcpy(to, &lanes, 6 * sizeof(float));
 }
 
-// Like ForEach (field_loops.h), for bodies that work with lanes.
+// Calls body(i) for i in [begin, end), a body that works with lanes.
 template <class Body>
-void ForEachInLanes(const RunContext& run, int64_t count, const Body& body) {
-  const int64_t block_count = (count + kLoopGrain - 1) / kLoopGrain;
-  oneapi::tbb::parallel_for(int64_t{0}, block_count, [&](int64_t block) {
-    if (run.ShouldStop()) return;
-    const int64_t begin = block * kLoopGrain, end = std::min(count, begin + kLoopGrain);
-    RunWithWidestVectors([&] {
-      for (int64_t i = begin; i < end; ++i) body(i);
-    });
+void ForEachInLanes(int64_t begin, int64_t end, const Body& body) {
+  RunWithWidestVectors([&] {
+    for (int64_t i = begin; i < end; ++i) body(i);
   });
 }
 
 // An AxisRotation (octahedral_group.h) for lanes: where each lane's number comes from, and signs.
 struct LaneRotation {
-  AxisLaneNumbers source;   // of Apply
-  AxisLaneNumbers inverse;  // of ApplyInverse
-  AxisLanes sign;           // by the result's lane of Apply
-  AxisLanes inverse_sign;
-  PhaseLaneNumbers phase_source, phase_inverse;
+  PhaseLaneNumbers phase_source;   // of Apply
+  PhaseLaneNumbers phase_inverse;  // of ApplyInverse
   PhaseLanes conjugation;  // -1 in the imaginary lanes of axes that oppose, by the node's own axes
 };
 // By code, as kAxisRotations.
@@ -76,14 +62,6 @@ AMHEX_LANES_INLINE Lanes Shuffled(const Lanes& lanes, const Numbers& numbers) {
 #else
   return __builtin_shuffle(lanes, numbers);
 #endif
-}
-
-// AxisRotation::Apply and ApplyInverse.
-AMHEX_LANES_INLINE AxisLanes Applied(const LaneRotation& rotation, const AxisLanes& v) {
-  return rotation.sign * Shuffled(v, rotation.source);
-}
-AMHEX_LANES_INLINE AxisLanes InverseApplied(const LaneRotation& rotation, const AxisLanes& v) {
-  return rotation.inverse_sign * Shuffled(v, rotation.inverse);
 }
 
 }  // namespace amhex::fields

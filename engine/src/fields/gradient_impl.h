@@ -51,10 +51,10 @@ struct ProductTerm {
   }
 };
 struct SquareTerm {
-  ArrayView<const float> value, diagonal;
+  ArrayView<const float> value, inverse_diagonal;
   AMHEX_HD double operator()(int64_t i) const {
     const double v = value[i];
-    return v * v / static_cast<double>(diagonal[i]);
+    return v * v * static_cast<double>(inverse_diagonal[i]);
   }
 };
 
@@ -62,11 +62,12 @@ struct SquareTerm {
 template <class Term>
 struct PartialSumBody {
   int64_t count = 0;
+  int64_t per_block = 0;  // terms
   Term term;
   ArrayView<double> partial;
   AMHEX_HD void operator()(int64_t index) const {
-    const int64_t begin = index / kSumLanes * kSumBlock, lane = index % kSumLanes;
-    const int64_t end = Smaller(count, begin + kSumBlock);
+    const int64_t begin = index / kSumLanes * per_block, lane = index % kSumLanes;
+    const int64_t end = Smaller(count, begin + per_block);
     const int64_t whole = begin + (end - begin) / kSumLanes * kSumLanes;
     double sum = 0;
     for (int64_t i = begin + lane; i < whole; i += kSumLanes) sum += term(i);
@@ -95,9 +96,7 @@ struct DecideBody {
     for (; i < partial.size; i += kSumLanes) sum += OfBlock(i);
     return sum;
   }
-  AMHEX_HD double OfBlock(int64_t i) const {
-    return (partial[i] + partial[i + 1]) + (partial[i + 2] + partial[i + 3]);
-  }
+  AMHEX_HD double OfBlock(int64_t i) const { return SumOfLanes(partial.data + i); }
   AMHEX_HD void End() const {
     for (int place = kLiveUnknowns; place <= kIsLive; ++place) counts[place] = 0;
   }
@@ -132,7 +131,7 @@ struct ChooseCarryBody : DecideBody {
 
 // The vectors of the iteration; one element per unknown.
 struct GradientVectors {
-  ArrayView<const float> diagonal, right_side;
+  ArrayView<const float> inverse_diagonal, right_side;
   ArrayView<float> x, residual, direction, product;
   ArrayView<const double> numbers;
 };
@@ -140,7 +139,7 @@ struct StartBody {
   GradientVectors v;
   AMHEX_HD void operator()(int64_t i) const {
     v.residual[i] = v.right_side[i] - v.product[i];
-    v.direction[i] = v.residual[i] / v.diagonal[i];
+    v.direction[i] = v.residual[i] * v.inverse_diagonal[i];
   }
 };
 struct MoveBody {
@@ -155,18 +154,18 @@ struct TurnBody {
   GradientVectors v;
   AMHEX_HD void operator()(int64_t i) const {
     const auto carry = static_cast<float>(v.numbers[kCarry]);
-    v.direction[i] = v.residual[i] / v.diagonal[i] + carry * v.direction[i];
+    v.direction[i] = v.residual[i] * v.inverse_diagonal[i] + carry * v.direction[i];
   }
 };
 
 // Per node: both numbers of a phase have the same.
 struct PhaseDiagonalBody {
   PhaseOperator matrix;
-  ArrayView<float> diagonal;
+  ArrayView<float> inverse_diagonal;
   AMHEX_HD void operator()(int64_t node) const {
     for (int a = 0; a < 3; ++a) {
-      const float value = matrix.Diagonal(node, a);
-      diagonal[6 * node + 2 * a] = diagonal[6 * node + 2 * a + 1] = value;
+      const float value = 1.0F / matrix.Diagonal(node, a);
+      inverse_diagonal[6 * node + 2 * a] = inverse_diagonal[6 * node + 2 * a + 1] = value;
     }
   }
 };
@@ -179,7 +178,7 @@ class GradientSolve {
       : executor_(executor),
         task_(task),
         unknowns_(task.unknown_count()),
-        sums_(kSumLanes * SumBlocks(unknowns_)),
+        sums_(kSumLanes * NodeSumBlocks(task.node_count)),
         arrays_(executor) {}
 
   // Memory where bodies run, beyond what is there.
@@ -187,7 +186,7 @@ class GradientSolve {
     constexpr int64_t kVectors = 6;  // right side, diagonal, x, residual, direction, product
     int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
-    sum += kSumLanes * SumBlocks(task.unknown_count()) * static_cast<int64_t>(sizeof(double));
+    sum += kSumLanes * NodeSumBlocks(task.node_count) * static_cast<int64_t>(sizeof(double));
     if (task.rounds != nullptr) {
       sum += task.unknown_count() * static_cast<int64_t>(sizeof(float));  // hull targets
     }
@@ -201,7 +200,7 @@ class GradientSolve {
     if (task_.rounds != nullptr) {
       TakeRounds();
     } else {
-      diagonal_ = Uploaded(executor_, task_.diagonal.data, unknowns_);
+      inverse_diagonal_ = Uploaded(executor_, task_.inverse_diagonal.data, unknowns_);
       right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
       Solve();
     }
@@ -246,7 +245,7 @@ class GradientSolve {
     if constexpr (std::is_same_v<Operator, PhaseOperator>) {
       const PullRounds& rounds = *task_.rounds;
       const Array<float> hull_target = Uploaded(executor_, rounds.hull_target.data, unknowns_);
-      diagonal_ = executor_.template Alloc<float>(unknowns_);
+      inverse_diagonal_ = executor_.template Alloc<float>(unknowns_);
       right_side_ = executor_.template Alloc<float>(unknowns_);
       int32_t round = 0;
       for (const float pull : rounds.pulls) {
@@ -257,14 +256,14 @@ class GradientSolve {
             "pull to unit length", unknowns_ / 2,
             PullBody{hull_target.View(), ReadOnly(x_.View()), pull, right_side_.View()});
         executor_.ForEach("take the diagonal", task_.node_count,
-                          PhaseDiagonalBody{matrix_, diagonal_.View()});
+                          PhaseDiagonalBody{matrix_, inverse_diagonal_.View()});
         Solve();
       }
     }
   }
 
   GradientVectors Vectors() {
-    return {ReadOnly(diagonal_.View()),
+    return {ReadOnly(inverse_diagonal_.View()),
             ReadOnly(right_side_.View()),
             x_.View(),
             residual_.View(),
@@ -288,7 +287,9 @@ class GradientSolve {
 
   template <class Term>
   void Sum(const Term& term) {
-    ForLive("sum", kLiveSums, sums_, PartialSumBody<Term>{unknowns_, term, partial_.View()});
+    constexpr int64_t kPerBlock = kNodesPerSum * Operator::kUnknowns;
+    ForLive("sum", kLiveSums, sums_,
+            PartialSumBody<Term>{unknowns_, kPerBlock, term, partial_.View()});
   }
   template <class Body>
   void Decide(const char* description, Body body) {
@@ -301,7 +302,7 @@ class GradientSolve {
   void Start() {
     Apply(x_);
     ForLive("start", kLiveUnknowns, unknowns_, StartBody{Vectors()});
-    Sum(SquareTerm{ReadOnly(right_side_.View()), ReadOnly(diagonal_.View())});
+    Sum(SquareTerm{ReadOnly(right_side_.View()), ReadOnly(inverse_diagonal_.View())});
     SetGoalBody set_goal;
     set_goal.tolerance = task_.tolerance;
     Decide("set the goal", set_goal);
@@ -314,7 +315,7 @@ class GradientSolve {
     Sum(ProductTerm{ReadOnly(direction_.View()), ReadOnly(product_.View())});
     Decide("choose the step", ChooseStepBody());
     ForLive("move", kLiveUnknowns, unknowns_, MoveBody{Vectors()});
-    Sum(SquareTerm{ReadOnly(residual_.View()), ReadOnly(diagonal_.View())});
+    Sum(SquareTerm{ReadOnly(residual_.View()), ReadOnly(inverse_diagonal_.View())});
     Decide("choose the carry", ChooseCarryBody());
     ForLive("turn", kLiveUnknowns, unknowns_, TurnBody{Vectors()});
   }
@@ -325,7 +326,7 @@ class GradientSolve {
   int64_t sums_;
   UploadedArrays<E> arrays_;  // of the matrix
   Operator matrix_;
-  Array<float> diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
+  Array<float> inverse_diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
   Array<double> partial_, numbers_;
   Array<int64_t> counts_;
 };

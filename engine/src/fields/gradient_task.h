@@ -25,11 +25,11 @@ struct GradientTask {
   LinearOperator matrix;
   ResidentSlot* resident = nullptr;  // of its arrays, for the tasks that share them; may be null
   int64_t node_count = 0;
-  const PullRounds* rounds = nullptr;  // of a PhaseOperator, whose pull they set; or:
-  ArrayView<const float> diagonal;     // [unknown_count] > 0
-  ArrayView<const float> right_side;   // [unknown_count]
-  std::vector<float>* x = nullptr;     // [unknown_count] in and out; as it was unless it was done
-  int32_t max_iterations = 0;          // of each solve
+  const PullRounds* rounds = nullptr;       // of a PhaseOperator, whose pull they set; or:
+  ArrayView<const float> inverse_diagonal;  // [unknown_count] > 0
+  ArrayView<const float> right_side;        // [unknown_count]
+  std::vector<float>* x = nullptr;  // [unknown_count] in and out; as it was unless it was done
+  int32_t max_iterations = 0;       // of each solve
   double tolerance = 0;
   std::function<bool()> should_stop;  // may be empty
   int32_t iterations = 0;             // out: of the last solve

@@ -21,6 +21,14 @@ struct AxisRenaming {
   float inverse_sign[3];
 };
 
+// Nodes may stand in cubes of 2 x 2 x 2 of the grid, eight slots to a cube whether the grid has
+// those nodes or not (node_slots.h); a slot without a node has neither links nor weights. This is
+// where number `which` of a slot is, out of `count`.
+inline constexpr int64_t kCubeSlots = 8;
+AMHEX_HD constexpr int64_t PlaceInCube(int64_t slot, int count, int which) {
+  return slot / kCubeSlots * (kCubeSlots * count) + which * kCubeSlots + slot % kCubeSlots;
+}
+
 // Who is next to whom along the grid's axes, and how the axes are called there.
 struct NodeLinks {
   ArrayView<const int32_t> neighbours;      // [node_count][6] along +x +y +z -x -y -z, -1 = none
@@ -38,13 +46,15 @@ struct NodeLinks {
   }
 };
 
-// One number per axis: weights times differences along the grid's edges.
+// One number per axis: weights times differences along the grid's edges. On slots; neighbours that
+// are none count as zeros of no weight, as where eight slots are dealt with at a time.
 struct SizeOperator {
-  static constexpr int kUnknowns = 3;  // per node
+  static constexpr int kUnknowns = 3;  // per slot
   static constexpr int kScratch = 0;
   static constexpr int kPasses = 1;
+  static constexpr int kWeights = 9;
   NodeLinks links;
-  ArrayView<const float> weights;  // [node_count][d][axis]
+  ArrayView<const float> weights;  // by slot [d][axis]
   float regularization = 0;
 
   template <class Visit>
@@ -55,34 +65,39 @@ struct SizeOperator {
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
-      const float own = x[3 * i + a];
+      const float own = x[PlaceInCube(i, kUnknowns, a)];
       float sum = regularization * own;
       for (int d = 0; d < 3; ++d) {
+        float weight = 0, other = 0;
         if (const int64_t j = links.Ahead(i, d); j >= 0) {
-          const int b = links.RenamingAt(i, d).source[a];
-          sum += weights[9 * i + 3 * d + a] * (own - x[3 * j + b]);
+          weight = weights[PlaceInCube(i, kWeights, 3 * d + a)];
+          other = x[PlaceInCube(j, kUnknowns, links.RenamingAt(i, d).source[a])];
         }
+        sum += weight * (own - other);
+        weight = other = 0;
         if (const int64_t j = links.Behind(i, d); j >= 0) {
           const int b = links.RenamingAt(j, d).inverse[a];
-          sum += weights[9 * j + 3 * d + b] * (own - x[3 * j + b]);
+          weight = weights[PlaceInCube(j, kWeights, 3 * d + b)];
+          other = x[PlaceInCube(j, kUnknowns, b)];
         }
+        sum += weight * (own - other);
       }
-      product[3 * i + a] = sum;
+      product[PlaceInCube(i, kUnknowns, a)] = sum;
     }
   }
 };
 
 // Three numbers per edge: W + K C^T C, C = curl around the regular squares. The first pass leaves
-// the curls in the scratch array.
+// the curls in the scratch array. On slots; curls around squares that are none are zero.
 struct ClosureOperator {
   static constexpr int kUnknowns = 9;
   static constexpr int kScratch = 9;
   static constexpr int kPasses = 2;
   NodeLinks links;
-  ArrayView<const uint8_t> is_regular;  // [node_count] bit d: square d
-  ArrayView<const uint16_t> follows;    // [node_count] bit 3 d + a: that number follows the hull
-  float weight = 0;                     // K
-  float hull_weight = 0;                // W of numbers that follow the hull; the others' is 1
+  ArrayView<const uint8_t> is_regular;  // [cube][d] bit per slot: its square d
+  ArrayView<const uint8_t> follows;  // [cube][d][axis] bit per slot: that number follows the hull
+  float weight = 0;                  // K
+  float hull_weight = 0;             // W of numbers that follow the hull; the others' is 1
 
   template <class Visit>
   void VisitArrays(const Visit& visit) {
@@ -90,13 +105,15 @@ struct ClosureOperator {
   }
 
   AMHEX_HD void Apply(int pass, int64_t i, const float* x, float* scratch, float* product) const {
+    const int64_t cube = i / kCubeSlots, lane = i % kCubeSlots;
     for (int d = 0; d < 3; ++d) {
       for (int a = 0; a < 3; ++a) {
-        const int64_t at = 9 * i + 3 * d + a;
+        const int64_t at = Place(i, d, a);
         if (pass == 0) {
-          scratch[at] = (is_regular[i] >> d & 1) != 0 ? Curl(x, i, d, a) : 0.0F;
+          scratch[at] = (is_regular[3 * cube + d] >> lane & 1) != 0 ? Curl(x, i, d, a) : 0.0F;
         } else {
-          const float own = (follows[i] >> (3 * d + a) & 1) != 0 ? hull_weight : 1.0F;
+          const bool is_followed = (follows[9 * cube + 3 * d + a] >> lane & 1) != 0;
+          const float own = is_followed ? hull_weight : 1.0F;
           product[at] = own * x[at] + Adjoint(scratch, i, d, a) * weight;
         }
       }
@@ -104,26 +121,26 @@ struct ClosureOperator {
   }
 
  private:
+  AMHEX_HD static int64_t Place(int64_t i, int d, int a) {
+    return PlaceInCube(i, kUnknowns, 3 * d + a);
+  }
   AMHEX_HD float Curl(const float* x, int64_t i, int d, int a) const {
     const int e = (d + 1) % 3;
     const AxisRenaming &along_d = links.RenamingAt(i, d), &along_e = links.RenamingAt(i, e);
-    return x[9 * i + 3 * d + a] +
-           along_d.sign[a] * x[9 * links.Ahead(i, d) + 3 * e + along_d.source[a]] -
-           along_e.sign[a] * x[9 * links.Ahead(i, e) + 3 * d + along_e.source[a]] -
-           x[9 * i + 3 * e + a];
+    return x[Place(i, d, a)] + along_d.sign[a] * x[Place(links.Ahead(i, d), e, along_d.source[a])] -
+           along_e.sign[a] * x[Place(links.Ahead(i, e), d, along_e.source[a])] - x[Place(i, e, a)];
+  }
+  // What the curls around square `d` of the node behind along `axis` add.
+  AMHEX_HD float CurlBehind(const float* curls, int64_t i, int axis, int d, int a) const {
+    const int64_t j = links.Behind(i, axis);
+    if (j < 0) return 0;
+    const AxisRenaming& renaming = links.RenamingAt(j, axis);
+    return renaming.inverse_sign[a] * curls[Place(j, d, renaming.inverse[a])];
   }
   AMHEX_HD float Adjoint(const float* curls, int64_t i, int d, int a) const {
     const int before = (d + 2) % 3, after = (d + 1) % 3;
-    float sum = curls[9 * i + 3 * d + a] - curls[9 * i + 3 * before + a];
-    if (const int64_t j = links.Behind(i, before); j >= 0) {
-      const AxisRenaming& renaming = links.RenamingAt(j, before);
-      sum += renaming.inverse_sign[a] * curls[9 * j + 3 * before + renaming.inverse[a]];
-    }
-    if (const int64_t j = links.Behind(i, after); j >= 0) {
-      const AxisRenaming& renaming = links.RenamingAt(j, after);
-      sum -= renaming.inverse_sign[a] * curls[9 * j + 3 * d + renaming.inverse[a]];
-    }
-    return sum;
+    return curls[Place(i, d, a)] - curls[Place(i, before, a)] +
+           CurlBehind(curls, i, before, before, a) - CurlBehind(curls, i, after, d, a);
   }
 };
 

@@ -28,6 +28,8 @@ const std::array<AxisRenaming, kRotationCount>& Renamings() {
 
 }  // namespace
 
+ArrayView<const AxisRenaming> RenamingsByCode() { return {Renamings().data(), kRotationCount}; }
+
 OwnedLinks::OwnedLinks(const GridLevel& level, const ForwardCodes& codes, const RunContext& run)
     : neighbours_(6 * level.count()), codes_(codes) {
   ForEach(run, level.count(), [&](int64_t i) {
@@ -41,7 +43,7 @@ OwnedLinks::OwnedLinks(const GridLevel& level, const ForwardCodes& codes, const 
 NodeLinks OwnedLinks::View() const {
   return {{neighbours_.data(), static_cast<int64_t>(neighbours_.size())},
           {codes_.data()->data(), static_cast<int64_t>(3 * codes_.size())},
-          {Renamings().data(), kRotationCount}};
+          RenamingsByCode()};
 }
 
 }  // namespace amhex::fields

@@ -10,6 +10,9 @@
 
 namespace amhex::fields {
 
+// The rotations of octahedral_group.h.
+ArrayView<const AxisRenaming> RenamingsByCode();
+
 // Owns what the grid does not hold in this form; `codes` must outlive this.
 class OwnedLinks {
  public:

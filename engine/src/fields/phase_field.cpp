@@ -43,21 +43,21 @@ class PhaseSystem {
 
   void SetPull(float pull) { pull_ = pull; }
 
-  std::vector<float> Diagonal() const {
-    std::vector<float> diagonal(6 * level_.count());
+  std::vector<float> InverseDiagonal() const {
+    std::vector<float> inverse(6 * level_.count());
     ForEach(run_, level_.count(), [&](int64_t i) {
       for (int a = 0; a < 3; ++a) {
-        const float value = static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_;
-        diagonal[6 * i + 2 * a] = diagonal[6 * i + 2 * a + 1] = value;
+        const float value =
+            1.0F / (static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_);
+        inverse[6 * i + 2 * a] = inverse[6 * i + 2 * a + 1] = value;
       }
     });
-    return diagonal;
+    return inverse;
   }
 
-  void Apply(const std::vector<float>& x, std::vector<float>& product) const {
-    const float* from = x.data();
-    float* to = product.data();
-    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
+  // For the nodes from `begin` to `end`.
+  void Apply(int64_t begin, int64_t end, const float* from, float* to) const {
+    ForEachInLanes(begin, end, [&](int64_t i) {
       const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
       const AxisLanes weight =
           static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
@@ -228,10 +228,10 @@ class PhaseSolver {
  private:
   LinearSystem System() const {
     LinearSystem system;
-    system.apply = [this](const std::vector<float>& v, std::vector<float>& product) {
-      phases_.Apply(v, product);
-    };
-    system.diagonal = phases_.Diagonal();
+    system.unknowns = PhaseOperator::kUnknowns;
+    system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* x,
+                          float* product) { phases_.Apply(begin, end, x, product); };
+    system.inverse_diagonal = phases_.InverseDiagonal();
     return system;
   }
 

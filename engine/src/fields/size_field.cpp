@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "fields/conjugate_gradient.h"
-#include "fields/frame_lanes.h"
-#include "fields/node_links.h"
+#include "fields/node_slots.h"
+#include "fields/slot_lanes.h"
 
 namespace amhex::fields {
 namespace {
@@ -70,54 +70,53 @@ class SizeSystem {
  public:
   SizeSystem(const BackgroundGrid& grid, const std::vector<Quaternion>& frames,
              const ForwardCodes& codes, const RunContext& run)
-      : level_(grid.fine()), codes_(codes), run_(run), spacing_(grid.spacing) {
-    weights_.resize(level_.count());
+      : level_(grid.fine()),
+        codes_(codes),
+        run_(run),
+        slots_(level_, codes, run),
+        spacing_(grid.spacing),
+        weights_(SizeOperator::kWeights * slots_.count(), 0.0F) {
     ForEach(run, level_.count(), [&](int64_t i) { SetWeights(frames, i); });
   }
 
-  void Apply(const std::vector<float>& x, std::vector<float>& product) const {
-    const float* from = x.data();
-    float* to = product.data();
-    ForEachInLanes(run_, level_.count(), [&](int64_t i) {
-      const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
-      const AxisLanes own = LoadAxes(from + 3 * i);
-      AxisLanes sum = kRegularization * own;
-      for (int d = 0; d < 3; ++d) {
-        if (const int64_t j = neighbours[d]; j >= 0) {
-          const LaneRotation& rotation = rotations_[codes_[i][d]];
-          sum += LoadAxes(weights_[i][d].data()) *
-                 (own - Shuffled(LoadAxes(from + 3 * j), rotation.source));
-        }
-        if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
-          const LaneRotation& rotation = rotations_[codes_[j][d]];
-          sum += Shuffled(LoadAxes(weights_[j][d].data()), rotation.inverse) *
-                 (own - Shuffled(LoadAxes(from + 3 * j), rotation.inverse));
-        }
+  const NodeSlots& slots() const { return slots_; }
+  static int64_t Place(int64_t slot, int axis) {
+    return PlaceInCube(slot, SizeOperator::kUnknowns, axis);
+  }
+
+  // Eight slots at a time, from slot `begin` to `end`.
+  void Apply(int64_t begin, int64_t end, const float* x, float* product) const {
+    RunWithWidestVectors([&] {
+      for (int64_t cube = begin / kCubeSlots; cube < end / kCubeSlots; ++cube) {
+        ApplyToCube(cube, x, product);
       }
-      StoreAxes(sum, to + 3 * i);
     });
   }
 
   // The same for a device, on this system's arrays.
   SizeOperator Matrix(const NodeLinks& links) const {
-    return {links, {weights_.data()->data()->data(), 9 * level_.count()}, kRegularization};
+    return {links, {weights_.data(), static_cast<int64_t>(weights_.size())}, kRegularization};
   }
+  SlotLinks Links() const { return {slots_, level_, codes_, run_}; }
 
-  std::vector<float> Diagonal() const {
-    std::vector<float> diagonal(3 * level_.count(), kRegularization);
+  std::vector<float> InverseDiagonal() const {
+    std::vector<float> inverse(SizeOperator::kUnknowns * slots_.count(), 1.0F);
     ForEach(run_, level_.count(), [&](int64_t i) {
-      VisitEdges(i, [&](int64_t, int a, int, float weight, int) { diagonal[3 * i + a] += weight; });
+      Vec3f diagonal = {kRegularization, kRegularization, kRegularization};
+      VisitEdges(i, [&](int64_t, int a, int, float weight, int) { diagonal[a] += weight; });
+      for (int a = 0; a < 3; ++a) inverse[Place(slots_.SlotOf(i), a)] = 1 / diagonal[a];
     });
-    return diagonal;
+    return inverse;
   }
 
   std::vector<float> RightSide(const Gradients& gradients) const {
-    std::vector<float> rhs(3 * level_.count(), 0.0F);
+    std::vector<float> rhs(SizeOperator::kUnknowns * slots_.count(), 0.0F);
     ForEach(run_, level_.count(), [&](int64_t i) {
       VisitEdges(i, [&](int64_t j, int a, int b, float weight, int k) {
         const int d = k % kForwardCount;
         const auto step = static_cast<float>(k == d ? spacing_ / 2 : -spacing_ / 2);
-        rhs[3 * i + a] -= weight * step * (gradients[i][a][d] + gradients[j][b][d]);
+        rhs[Place(slots_.SlotOf(i), a)] -=
+            weight * step * (gradients[i][a][d] + gradients[j][b][d]);
       });
     });
     return rhs;
@@ -131,12 +130,12 @@ class SizeSystem {
     for (int d = 0; d < 3; ++d) {
       if (const int64_t j = neighbours[d]; j >= 0) {
         const AxisRotation& rotation = kAxisRotations[codes_[i][d]];
-        for (int a = 0; a < 3; ++a) visit(j, a, rotation.source[a], weights_[i][d][a], d);
+        for (int a = 0; a < 3; ++a) visit(j, a, rotation.source[a], Weight(i, d, a), d);
       }
       if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
         const AxisRotation& rotation = kAxisRotations[codes_[j][d]];
         for (int b = 0; b < 3; ++b) {
-          visit(j, rotation.source[b], b, weights_[j][d][b], Opposite(d));
+          visit(j, rotation.source[b], b, Weight(j, d, b), Opposite(d));
         }
       }
     }
@@ -151,17 +150,72 @@ class SizeSystem {
       const AxisFrame other = RenamedFrame(frames[j], kAxisRotations[codes_[i][d]]);
       for (int a = 0; a < 3; ++a) {
         const double c0 = own.axis[a][d], c1 = other.axis[a][d];
-        weights_[i][d][a] = static_cast<float>(2 * (1 + kAlongOwnAxis) - c0 * c0 - c1 * c1);
+        weights_[WeightPlace(i, d, a)] =
+            static_cast<float>(2 * (1 + kAlongOwnAxis) - c0 * c0 - c1 * c1);
       }
+    }
+  }
+
+  int64_t WeightPlace(int64_t node, int d, int axis) const {
+    return PlaceInCube(slots_.SlotOf(node), SizeOperator::kWeights, 3 * d + axis);
+  }
+  float Weight(int64_t node, int d, int axis) const { return weights_[WeightPlace(node, d, axis)]; }
+
+  // By axis: what the nodes ahead and behind have, and how much the edges weigh.
+  struct Beside {
+    SlotLanes ahead[3][3], behind[3][3], weight_behind[3][3];
+  };
+  template <int kAxis>
+  AMHEX_LANES_INLINE void TakeBeside(int64_t cube, const float* x, Beside& beside) const {
+    constexpr int kUnknowns = SizeOperator::kUnknowns, kWeights = SizeOperator::kWeights;
+    const float* own = x + kCubeSlots * kUnknowns * cube;
+    const float* next = slots_.Beside(NodeSlots::Side::kAhead, kAxis, cube, x, kUnknowns);
+    const float* previous = slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, x, kUnknowns);
+    const float* weights = weights_.data();
+    const float* weights_behind =
+        slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, weights, kWeights);
+    for (int a = 0; a < 3; ++a) {
+      const int64_t at = kCubeSlots * a, weights_at = kCubeSlots * (3 * kAxis + a);
+      const SlotLanes numbers = LoadSlots(own + at);
+      beside.ahead[kAxis][a] = OneAhead<kAxis>(numbers, LoadSlots(next + at));
+      beside.behind[kAxis][a] = OneBehind<kAxis>(numbers, LoadSlots(previous + at));
+      beside.weight_behind[kAxis][a] =
+          OneBehind<kAxis>(LoadSlots(weights + kCubeSlots * kWeights * cube + weights_at),
+                           LoadSlots(weights_behind + weights_at));
+    }
+  }
+  AMHEX_LANES_INLINE void ApplyToCube(int64_t cube, const float* x, float* product) const {
+    Beside beside;
+    TakeBeside<0>(cube, x, beside);
+    TakeBeside<1>(cube, x, beside);
+    TakeBeside<2>(cube, x, beside);
+    for (const NodeSlots::RenamedEdge& edge : slots_.Renamed(cube, NodeSlots::Side::kAhead)) {
+      ReorderLane(kAxisRotations[edge.code].source, edge.lane, beside.ahead[edge.axis]);
+    }
+    for (const NodeSlots::RenamedEdge& edge : slots_.Renamed(cube, NodeSlots::Side::kBehind)) {
+      const std::array<int8_t, 3>& source = kAxisRotations[kInverseCodes[edge.code]].source;
+      ReorderLane(source, edge.lane, beside.behind[edge.axis]);
+      ReorderLane(source, edge.lane, beside.weight_behind[edge.axis]);
+    }
+    const int64_t from = kCubeSlots * SizeOperator::kUnknowns * cube;
+    const float* weights = weights_.data() + kCubeSlots * SizeOperator::kWeights * cube;
+    for (int a = 0; a < 3; ++a) {
+      const SlotLanes own = LoadSlots(x + from + kCubeSlots * a);
+      SlotLanes sum = kRegularization * own;
+      for (int d = 0; d < 3; ++d) {
+        sum += LoadSlots(weights + kCubeSlots * (3 * d + a)) * (own - beside.ahead[d][a]);
+        sum += beside.weight_behind[d][a] * (own - beside.behind[d][a]);
+      }
+      StoreSlots(sum, product + from + kCubeSlots * a);
     }
   }
 
   const GridLevel& level_;
   const ForwardCodes& codes_;
   const RunContext& run_;
-  const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
+  const NodeSlots slots_;
   double spacing_;
-  std::vector<std::array<std::array<float, 3>, 3>> weights_;  // [node][d][axis]
+  std::vector<float> weights_;  // by slot [d][axis]; zero without an edge
 };
 
 // Lengths from logarithms: centred, clamped, then rescaled so that cells keep their mean volume.
@@ -212,19 +266,24 @@ absl::StatusOr<std::vector<Vec3d>> SolveSizeField(const BackgroundGrid& grid,
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   slice.Report(0.3);
   LinearSystem linear;
-  linear.apply = [&](const std::vector<float>& x, std::vector<float>& product) {
-    system.Apply(x, product);
+  linear.unknowns = SizeOperator::kUnknowns;
+  linear.apply = [&](int /*pass*/, int64_t begin, int64_t end, const float* x, float* product) {
+    system.Apply(begin, end, x, product);
   };
-  linear.diagonal = system.Diagonal();
-  std::optional<OwnedLinks> links;
+  linear.inverse_diagonal = system.InverseDiagonal();
+  std::optional<SlotLinks> links;
   if (settings.device != nullptr) {
     linear.device = settings.device;
-    linear.matrix = system.Matrix(links.emplace(grid.fine(), codes, run).View());
+    linear.matrix = system.Matrix(links.emplace(system.Links()).View());
   }
-  std::vector<float> s(rhs.size(), 0.0F);
+  std::vector<float> x(rhs.size(), 0.0F);
   const absl::StatusOr<int> iterations =
-      SolveConjugateGradient(linear, rhs, {settings.max_iterations, settings.tolerance}, run, &s);
+      SolveConjugateGradient(linear, rhs, {settings.max_iterations, settings.tolerance}, run, &x);
   if (!iterations.ok()) return iterations.status();
+  std::vector<float> s(3 * grid.count());
+  ForEach(run, grid.count(), [&](int64_t i) {
+    for (int a = 0; a < 3; ++a) s[3 * i + a] = x[SizeSystem::Place(system.slots().SlotOf(i), a)];
+  });
   std::vector<Vec3d> sizes = LengthsFromLogarithms(s, settings, run);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   slice.Report(1.0);
