@@ -56,7 +56,7 @@ class Solve {
         inverse_(system.inverse_diagonal.data()),
         x_(x->data()),
         residual_(rhs.size()),
-        direction_(rhs.size()),
+        direction_(rhs.size() + kReadableBeyond),
         product_(rhs.size()),
         block_sums_(NodeSumBlocks(node_count_)) {}
 
@@ -76,7 +76,9 @@ class Solve {
   double Start() {
     float *residual = residual_.data(), *direction = direction_.data();
     const float* product = product_.data();
-    for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, x_);
+    // Only the direction has room to read beyond its end.
+    std::copy_n(x_, node_count_ * system_.unknowns, direction);
+    for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, direction);
     return Sum([&](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
@@ -109,38 +111,41 @@ class Solve {
     });
   }
 
-  // Moves x along the direction; returns the new residual's norm.
-  double Move(float step) {
+  // What is left after a step along the direction; returns the new residual's norm.
+  double Reduce(float step) {
     float* residual = residual_.data();
-    const float *direction = direction_.data(), *product = product_.data();
+    const float* product = product_.data();
     return Sum([&](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
           [&](int64_t i) {
-            Store(Load(x_ + i) + step * Load(direction + i), x_ + i);
             const FloatLanes r = Load(residual + i) - step * Load(product + i);
             Store(r, residual + i);
             return ToDoubles(r) * ToDoubles(r) * ToDoubles(Load(inverse_ + i));
           },
           [&](int64_t i) {
-            x_[i] += step * direction[i];
             residual[i] -= step * product[i];
             return static_cast<double>(residual[i]) * residual[i] * inverse_[i];
           });
     });
   }
 
-  void Turn(float carry) {
+  // Moves x along the direction and turns that, which is read once for both.
+  void MoveAndTurn(float step, float carry) {
     const float* residual = residual_.data();
     float* direction = direction_.data();
     ForBlocks([&](int64_t, int64_t begin, int64_t end) {
       RunWithWidestVectors([&] {
         int64_t i = begin;
         for (; i + kSumLanes <= end; i += kSumLanes) {
-          const FloatLanes r = Load(residual + i) * Load(inverse_ + i);
-          Store(r + carry * Load(direction + i), direction + i);
+          const FloatLanes r = Load(residual + i) * Load(inverse_ + i), d = Load(direction + i);
+          Store(Load(x_ + i) + step * d, x_ + i);
+          Store(r + carry * d, direction + i);
         }
-        for (; i < end; ++i) direction[i] = residual[i] * inverse_[i] + carry * direction[i];
+        for (; i < end; ++i) {
+          x_[i] += step * direction[i];
+          direction[i] = residual[i] * inverse_[i] + carry * direction[i];
+        }
       });
     });
   }
@@ -193,8 +198,9 @@ absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<flo
     if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
     const double curvature = solve.Curvature();
     if (!(curvature > 0)) break;  // the direction has vanished: nothing left to improve
-    const double next_norm = solve.Move(static_cast<float>(norm / curvature));
-    solve.Turn(static_cast<float>(next_norm / norm));
+    const auto step = static_cast<float>(norm / curvature);
+    const double next_norm = solve.Reduce(step);
+    solve.MoveAndTurn(step, static_cast<float>(next_norm / norm));
     norm = next_norm;
   }
   if (const absl::Status status = run.CheckStop(); !status.ok()) return status;

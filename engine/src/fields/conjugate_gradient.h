@@ -16,13 +16,16 @@ class DeviceUse;
 
 namespace amhex::fields {
 
+inline constexpr int kReadableBeyond = 2;
+
 // Symmetric positive definite. Single precision: the systems are large and bound by memory, and
 // their tolerances are 1e-3 to 1e-4; sums are taken in double precision in a fixed order.
 struct LinearSystem {
   int unknowns = 1;  // per node
   int passes = 1;    // that make a product
   // One pass of product = matrix times x, for the nodes from `begin` to `end`, after the passes
-  // before it have been through all nodes. Called by many threads.
+  // before it have been through all nodes. Called by many threads. kReadableBeyond numbers beyond
+  // the end of x may be read.
   std::function<void(int pass, int64_t begin, int64_t end, const float* x, float* product)> apply;
   std::vector<float> inverse_diagonal;  // > 0
   // Where it is solved, and the same matrix for there; null: on the CPU.

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "base/vector_lanes.h"
+#include "fields/conjugate_gradient.h"
 #include "fields/octahedral_group.h"
 
 namespace amhex::fields {
@@ -23,11 +24,12 @@ AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
   const AxisLanes lanes = {from[0], from[1], from[2], 0};
   return lanes;
 }
+// Reads kReadableBeyond numbers beyond the six.
+static_assert(kReadableBeyond * sizeof(float) + 6 * sizeof(float) == sizeof(PhaseLanes));
 AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) {
-  AxisLanes first;
-  std::memcpy(&first, from, sizeof(first));
-  const AxisLanes rest = {from[4], from[5], 0, 0};
-  return __builtin_shufflevector(first, rest, 0, 1, 2, 3, 4, 5, 6, 7);
+  PhaseLanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
 }
 AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
   std::memcpy(to, &lanes, 6 * sizeof(float));

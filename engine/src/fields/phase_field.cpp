@@ -31,11 +31,16 @@ class PhaseSystem {
               double hull_weight, const RunContext& run)
       : level_(grid.fine()), codes_(codes), run_(run) {
     const int64_t count = level_.count();
-    turns_.resize(count);
+    turns_.resize(count + 1);  // the last is read beyond its end
+    neighbours_.resize(count);
     edge_count_.resize(count);
     hull_weight_.assign(3 * count, 0.0F);
     hull_target_.assign(6 * count, 0.0F);
     ForEach(run, count, [&](int64_t i) {
+      for (int d = 0; d < 3; ++d) {
+        neighbours_[i][d] = level_.neighbours[i][d];
+        neighbours_[i][3 + d] = level_.neighbours[i][Opposite(d)];
+      }
       SetTurns(form, i);
       SetHullTargets(grid, form, hull_weight, i);
     });
@@ -58,7 +63,7 @@ class PhaseSystem {
   // For the nodes from `begin` to `end`.
   void Apply(int64_t begin, int64_t end, const float* from, float* to) const {
     ForEachInLanes(begin, end, [&](int64_t i) {
-      const std::array<int32_t, kNeighbourCount>& neighbours = level_.neighbours[i];
+      const std::array<int32_t, 6>& neighbours = neighbours_[i];
       const AxisLanes weight =
           static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
       PhaseLanes sum = __builtin_shufflevector(weight, weight, 0, 0, 1, 1, 2, 2, 3, 3) *
@@ -67,7 +72,7 @@ class PhaseSystem {
         if (const int64_t j = neighbours[d]; j >= 0) {
           sum -= FromForward(LoadPhases(from + 6 * j), i, d);
         }
-        if (const int64_t j = neighbours[Opposite(d)]; j >= 0) {
+        if (const int64_t j = neighbours[3 + d]; j >= 0) {
           sum -= FromBackward(LoadPhases(from + 6 * j), j, d);
         }
       }
@@ -142,16 +147,19 @@ class PhaseSystem {
 
   // Neighbour i + d, seen from i: e^{-i turn} times psi_j, conjugated where the axes oppose.
   AMHEX_LANES_INLINE PhaseLanes FromForward(const PhaseLanes& psi_j, int64_t i, int d) const {
+    const float* turns = &turns_[i][d][0].cosine;
+    if (codes_[i][d] == 0) return Turned(psi_j, turns, kMinusImaginary);
     const LaneRotation& rotation = rotations_[codes_[i][d]];
-    return Turned(rotation.conjugation * Shuffled(psi_j, rotation.phase_source),
-                  &turns_[i][d][0].cosine, kMinusImaginary);
+    return Turned(rotation.conjugation * Shuffled(psi_j, rotation.phase_source), turns,
+                  kMinusImaginary);
   }
 
   // Neighbour j = i - d, whose axis a turns into axis rotation.source[a] of i.
   AMHEX_LANES_INLINE PhaseLanes FromBackward(const PhaseLanes& psi_j, int64_t j, int d) const {
+    const PhaseLanes turned = Turned(psi_j, &turns_[j][d][0].cosine, kMinusReal);
+    if (codes_[j][d] == 0) return turned;
     const LaneRotation& rotation = rotations_[codes_[j][d]];
-    return Shuffled(rotation.conjugation * Turned(psi_j, &turns_[j][d][0].cosine, kMinusReal),
-                    rotation.phase_inverse);
+    return Shuffled(rotation.conjugation * turned, rotation.phase_inverse);
   }
 
   struct Turn {
@@ -161,7 +169,8 @@ class PhaseSystem {
   const ForwardCodes& codes_;
   const RunContext& run_;
   const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
-  std::vector<std::array<std::array<Turn, 3>, 3>> turns_;  // [node][d][axis]
+  std::vector<std::array<int32_t, 6>> neighbours_;         // along +x +y +z -x -y -z, -1 = none
+  std::vector<std::array<std::array<Turn, 3>, 3>> turns_;  // [node][d][axis], and room for a load
   std::vector<uint8_t> edge_count_;
   std::vector<float> hull_weight_;  // [3 * node + axis]
   std::vector<float> hull_target_;  // weight times target
