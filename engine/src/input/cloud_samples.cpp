@@ -15,6 +15,7 @@
 #include "input/estimate_normals.h"
 #include "input/hollow_parts.h"
 #include "input/point_tree.h"
+#include "input/smooth_noise.h"
 
 namespace amhex {
 namespace {
@@ -157,6 +158,14 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
   if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
 }
 
+absl::Status EvenOutNoise(RunContext& run, CloudSamples& samples,
+                          std::vector<std::string>& warnings) {
+  AMHEX_ASSIGN_OR_RETURN(const int neighbours, SmoothNoise(samples.normal, run, samples.position));
+  Note(neighbours, "noise larger than the distance of the points, evened out over neighbours",
+       warnings);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
@@ -165,11 +174,13 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   if (samples.normal.empty()) {
     samples.normal.assign(samples.position.size(), Vec3d{});
     Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
+    AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
     AMHEX_ASSIGN_OR_RETURN(samples.normal, EstimateNormals(samples.position, run));
     warnings.push_back("the cloud has no normals, estimated by the engine");
   } else {
     Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
+    AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
   }
   if (samples.position.size() < 4) {
     return absl::InvalidArgumentError(
