@@ -66,7 +66,7 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                            return BuildGuidedHull(input, guidance, params, run);
                          }));
   AMHEX_ASSIGN_OR_RETURN(const HullSamples samples, GuardStage(run, Stage::kSampleHull, [&] {
-                           return SampleHull(hull, params.input, run);
+                           return SampleHull(hull, params.run.backend, run);
                          }));
   const TrialPlan plan = PlanTrials(hull, params);
   AMHEX_ASSIGN_OR_RETURN(const AssembledTrials assembled,
@@ -84,6 +84,7 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
                          }));
   result.stages = run.stage_reports();
   std::vector<std::string> notes = hull.device_notes;
+  notes.insert(notes.end(), samples.device_notes.begin(), samples.device_notes.end());
   notes.insert(notes.end(), assembled.device_notes.begin(), assembled.device_notes.end());
   notes.insert(notes.end(), placed.device_notes.begin(), placed.device_notes.end());
   notes.insert(notes.end(), device.notes().begin(), device.notes().end());

@@ -24,7 +24,7 @@ other_tests='Backends.TheLoadersWords*'
 # Slow under a sanitizer: one of every kind.
 sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice:*CudaParityOfFields*'
 sanitized_tests+=':*CudaParityOfHullQueries*:*CudaParityOfMatching*:*CudaParityOfPlacement.Moves*'
-sanitized_tests+=':*CudaParityOfTheHierarchy*:*CudaParityOfMeasures*:*CudaParityOfTopology*'
+sanitized_tests+=':*CudaParityOfSampling*:*CudaParityOfTheHierarchy*:*CudaParityOfMeasures*:*CudaParityOfTopology*'
 tools=(memcheck racecheck initcheck)
 run_tests() {
   local log

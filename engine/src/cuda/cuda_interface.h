@@ -6,13 +6,16 @@
 #include <cstdint>
 #include <variant>
 
+#include "fields/cluster_task.h"
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
+#include "fields/wall_question.h"
 #include "geometry/hull_face_question.h"
 #include "geometry/match_task.h"
 #include "input/hull_batch.h"
 #include "input/hull_tree_task.h"
+#include "input/sample_task.h"
 #include "optimize/sweep_task.h"
 #include "output/measure_cells_task.h"
 #include "relax/relaxation_task.h"
@@ -34,11 +37,12 @@ enum class CudaResult : int {
 // done.
 using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
-                 HullBatch<SideOf<PlainPoints>>*, HullBatch<SideOf<fields::CellCentres>>*,
-                 HullBatch<IsNear<fields::CellCentres>>*, HullBatch<fields::ConstraintsOf>*,
-                 HullBatch<DistanceTo<PlainPoints>>*, HullBatch<ClosestTo<PlainPoints>>*,
-                 HullBatch<WindingAround<PlainPoints>>*, HullBatch<HullFacesOf>*, HullTreeTask*,
-                 SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
+                 fields::ClusterTask*, HullBatch<SideOf<PlainPoints>>*,
+                 HullBatch<SideOf<fields::CellCentres>>*, HullBatch<IsNear<fields::CellCentres>>*,
+                 HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
+                 HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
+                 HullBatch<HullFacesOf>*, HullBatch<fields::WallLoweringOf>*, HullTreeTask*,
+                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
                  SearchPrimitivesTask*>;
 
 extern "C" {

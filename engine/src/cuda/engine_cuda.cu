@@ -14,11 +14,13 @@
 
 #include "cuda/cuda_interface.h"
 #include "exec/cuda_executor.cuh"
+#include "fields/cluster_impl.h"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
 #include "geometry/match_impl.h"
 #include "input/hull_batch_impl.h"
 #include "input/hull_tree_impl.h"
+#include "input/sample_impl.h"
 #include "optimize/sweep_impl.h"
 #include "output/measure_cells_impl.h"
 #include "relax/label_tiles.cuh"
@@ -120,6 +122,14 @@ CudaResult Run(fields::GradientTask& task) {
                     task.matrix);
 }
 
+CudaResult Run(fields::ClusterTask& task) {
+  RequireMemory(fields::SiteClustering<CudaExecutor>::Bytes(task),
+                "clustering the positions of " + std::to_string(task.nodes.count()) + " nodes");
+  CudaExecutor executor(task.should_stop);
+  return fields::SiteClustering<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
+                                                                    : CudaResult::kStopped;
+}
+
 template <class Question>
 CudaResult Run(HullBatch<Question>& batch) {
   RequireMemory(
@@ -139,6 +149,14 @@ CudaResult Run(HullTreeTask& task) {
   return CudaResult::kDone;
 }
 
+CudaResult Run(SampleTask& task) {
+  RequireMemory(HullSampling<CudaExecutor>::Bytes(task),
+                "sampling the hull at " + std::to_string(task.candidate_count) + " places");
+  CudaExecutor executor(task.should_stop);
+  return HullSampling<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
+                                                          : CudaResult::kStopped;
+}
+
 CudaResult Run(SweepTask& task) {
   RequireMemory(QualitySweeps<CudaExecutor>::Bytes(task),
                 "placing " + std::to_string(task.placement.vertices.size) + " vertices");
@@ -152,7 +170,8 @@ CudaResult Run(MatchTask& task) {
       MatchBytes<CudaExecutor>(task),
       "matching the faces of " + std::to_string(task.search.cubes.centre.size) + " cubes");
   CudaExecutor executor(task.should_stop);
-  return FindCandidates(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
+  return MatchingOfCubes<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
+                                                             : CudaResult::kStopped;
 }
 
 CudaResult Run(MeasureCellsTask& task) {

@@ -221,13 +221,11 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
   if (system.device == nullptr) return SolveOnCpu(system, rhs, limits, run, x);
   GradientTask task;
   task.matrix = system.matrix;
-  task.resident = system.resident;
   task.node_count = ViewOf(rhs).size / system.unknowns;
   task.inverse_diagonal = ViewOf(system.inverse_diagonal);
   task.right_side = ViewOf(rhs);
   task.x = x;
-  task.max_iterations = limits.max_iterations;
-  task.tolerance = limits.tolerance;
+  task.limits = {limits.max_iterations, limits.tolerance};
   task.should_stop = [&run] { return run.ShouldStop(); };
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     const absl::StatusOr<int> iterations = SolveOnCpu(system, rhs, limits, run, x);

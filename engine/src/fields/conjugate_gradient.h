@@ -7,7 +7,6 @@
 
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
-#include "exec/resident_slot.h"
 #include "fields/linear_operators.h"
 
 namespace amhex {
@@ -31,8 +30,6 @@ struct LinearSystem {
   // Where it is solved, and the same matrix for there; null: on the CPU.
   DeviceUse* device = nullptr;
   LinearOperator matrix;  // on arrays that outlive the system
-  // Where the device keeps those arrays for systems that differ in other ways; may be null.
-  ResidentSlot* resident = nullptr;
 };
 
 struct ConjugateGradientLimits {

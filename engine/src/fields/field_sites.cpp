@@ -76,7 +76,6 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
                                            double density, DeviceUse* device,
                                            const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
-  RunContext& run = slice.run();
   GridFields result;
   result.device = device;
   const double spacing = 1.0 / kNodesPerEdge / std::cbrt(density);
@@ -84,11 +83,11 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
   OrientationSettings orientation_settings;
   orientation_settings.device = device;
-  AMHEX_ASSIGN_OR_RETURN(result.frames,
+  AMHEX_ASSIGN_OR_RETURN(OrientationField orientation,
                          SolveOrientationField(result.grid, samples, orientation_settings,
                                                slice.Part(kGridDone, kOrientationDone)));
+  result.frames = std::move(orientation.frames), result.codes = std::move(orientation.codes);
   result.grid.levels.resize(1);  // only the orientation field needs the coarser levels
-  result.codes = MatchNeighbours(result.grid.fine(), result.frames, run);
   SizeSettings size_settings;
   size_settings.device = device;
   AMHEX_ASSIGN_OR_RETURN(result.sizes,
@@ -128,14 +127,15 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, const GridFields& solved,
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
   LatticeForm form = Denser(shared, density, run);
-  FitThinWalls(hull, solved.grid, solved.codes, run, &form);
+  const HullAsker asker(*hull.queries, solved.device, StopPoll(run));
+  AMHEX_RETURN_IF_ERROR(FitThinWalls(asker, solved.grid, solved.codes, run, &form));
   PhaseSettings phase_settings;
   phase_settings.device = solved.device;
   AMHEX_ASSIGN_OR_RETURN(
       const std::vector<Vec3d> positions,
       SolvePhaseField(solved.grid, solved.codes, form, phase_settings, slice.Part(0, kPhaseDone)));
   AMHEX_ASSIGN_OR_RETURN(
-      Sites sites, ClusterSites(hull, solved.grid, form, positions, slice.Part(kPhaseDone, 1)));
+      Sites sites, ClusterSites(asker, solved.grid, form, positions, slice.Part(kPhaseDone, 1)));
   sites.links = VoteFaceLinks(solved.grid, form, positions, sites, run);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   return sites;

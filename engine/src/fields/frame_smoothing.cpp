@@ -26,7 +26,10 @@ class CpuSmoothing {
       if (ShouldStop()) return false;
       if (task_.on_level) task_.on_level(static_cast<int32_t>(l));
     }
+    ForwardCodes codes = MatchNeighbours();
+    if (ShouldStop()) return false;
     task_.frames = std::move(frames_);
+    task_.codes = std::move(codes);
     return true;
   }
 
@@ -57,6 +60,17 @@ class CpuSmoothing {
       }
     });
     frames_ = std::move(finer);
+  }
+
+  ForwardCodes MatchNeighbours() const {
+    const auto count = static_cast<int64_t>(frames_.size());
+    ForwardCodes codes(frames_.size());
+    const MatchNeighboursBody match{
+        task_.levels.back().neighbours, {frames_.data(), count}, {codes.data(), count}};
+    ForBatches(count, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) match(i);
+    });
+    return codes;
   }
 
   void Sweep(const SmoothingLevel& level, int32_t sweep) {

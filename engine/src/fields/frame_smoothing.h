@@ -10,6 +10,7 @@
 #include "base/array_view.h"
 #include "fields/frame_math.h"
 #include "fields/grid_neighbours.h"
+#include "fields/match_code.h"
 #include "fields/quartic_form.h"
 
 namespace amhex::fields {
@@ -47,6 +48,7 @@ struct SmoothingLevel {
 struct SmoothingTask {
   std::vector<SmoothingLevel> levels;  // coarsest first
   std::vector<Quaternion> frames;      // out: [node_count] of the last level
+  ForwardCodes codes;                  // out: likewise
   // Both may be empty. The first is asked from several threads. The second is called after each
   // level with its number.
   std::function<bool()> should_stop;
@@ -55,7 +57,7 @@ struct SmoothingTask {
 
 // In eight lanes at a time; the device does the same node by node (frame_smoothing_impl.h).
 // Every frame starts as its parent's, and moves colour by colour towards what its neighbours and
-// the hull wish. False if it was stopped; `frames` are then as they were.
+// the hull wish. False if it was stopped; the task is then as it was.
 bool SmoothFramesOnCpu(SmoothingTask& task);
 
 }  // namespace amhex::fields

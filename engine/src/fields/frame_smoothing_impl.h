@@ -60,7 +60,8 @@ class FrameSmoothing {
       largest = largest > sum + coarser ? largest : sum + coarser;
       coarser = frames;
     }
-    return largest;
+    return largest + coarser / static_cast<int64_t>(sizeof(Quaternion)) *
+                         static_cast<int64_t>(sizeof(ForwardCodes::value_type));
   }
 
   bool Run() {
@@ -69,10 +70,13 @@ class FrameSmoothing {
       if (executor_.Stopped()) return false;
       if (task_.on_level) task_.on_level(static_cast<int32_t>(level));
     }
-    std::vector<Quaternion> done(static_cast<size_t>(frames_.size()));
-    executor_.CopyOut(frames_, frames_.size(), done.data());
+    std::vector<Quaternion> frames(static_cast<size_t>(frames_.size()));
+    ForwardCodes codes(frames.size());
+    executor_.CopyOut(frames_, frames_.size(), frames.data());
+    executor_.CopyOut(codes_, codes_.size(), codes.data());
     if (executor_.Stopped()) return false;
-    task_.frames = std::move(done);
+    task_.frames = std::move(frames);
+    task_.codes = std::move(codes);
     return true;
   }
 
@@ -102,12 +106,19 @@ class FrameSmoothing {
       ++sweep;
     };
     executor_.Repeat(level.sweeps, no_state, take_sweep, NoObserver{});
+    if (&host_level == &task_.levels.back()) {
+      codes_ = executor_.template Alloc<ForwardCodes::value_type>(count);
+      executor_.ForEach(
+          "match neighbours", count,
+          MatchNeighboursBody{level.neighbours, ReadOnly(frames.View()), codes_.View()});
+    }
     frames_ = std::move(frames);
   }
 
   E& executor_;
   SmoothingTask& task_;
-  Array<Quaternion> frames_;  // of the level that is done
+  Array<Quaternion> frames_;               // of the level that is done
+  Array<ForwardCodes::value_type> codes_;  // of the last
 };
 
 }  // namespace amhex::fields

@@ -10,9 +10,9 @@
 
 #include "base/platform.h"
 #include "exec/executor.h"
-#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/gradient_task.h"
+#include "fields/phase_seeds_impl.h"
 #include "fields/sum_blocks.h"
 
 namespace amhex::fields {
@@ -170,6 +170,11 @@ struct PhaseDiagonalBody {
   }
 };
 
+struct ClearBody {
+  ArrayView<float> x;
+  AMHEX_HD void operator()(int64_t i) const { x[i] = 0; }
+};
+
 // One object per solve, or per solves in a row.
 template <class E, class Operator>
 class GradientSolve {
@@ -187,22 +192,23 @@ class GradientSolve {
     int64_t sum = kVectors * task.unknown_count() * static_cast<int64_t>(sizeof(float));
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * NodeSumBlocks(task.node_count) * static_cast<int64_t>(sizeof(double));
-    if (task.rounds != nullptr) {
+    if (task.course != nullptr) {
       sum += task.unknown_count() * static_cast<int64_t>(sizeof(float));  // hull targets
     }
-    const bool is_there = task.resident != nullptr && *task.resident != nullptr;
-    return is_there ? sum : sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
+    return sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
   }
 
   // False if it was stopped.
   bool Run() {
     Upload();
-    if (task_.rounds != nullptr) {
-      TakeRounds();
+    if (task_.course != nullptr) {
+      TakeCourse(*task_.course);
     } else {
       inverse_diagonal_ = Uploaded(executor_, task_.inverse_diagonal.data, unknowns_);
       right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
-      Solve();
+      x_ = Uploaded(executor_, task_.x->data(), unknowns_);
+      AllocateVectors();
+      Solve(task_.limits);
     }
     std::vector<float> x(static_cast<size_t>(unknowns_));
     int64_t counts[kCountsSize] = {};
@@ -220,46 +226,64 @@ class GradientSolve {
 
   void Upload() {
     const Operator& host = std::get<Operator>(task_.matrix);
-    matrix_ = task_.resident == nullptr ? arrays_.Upload(host)
-                                        : OnResidentArrays<E>(*task_.resident, host);
-    x_ = Uploaded(executor_, task_.x->data(), unknowns_);
-    residual_ = executor_.template Alloc<float>(unknowns_);
-    direction_ = executor_.template Alloc<float>(unknowns_);
-    product_ = executor_.template Alloc<float>(unknowns_);
+    matrix_ = arrays_.Upload(host);
     scratch_ = executor_.template Alloc<float>(task_.node_count * Operator::kScratch);
     partial_ = executor_.template Alloc<double>(sums_);
     numbers_ = executor_.template Alloc<double>(kNumbersSize);
     counts_ = executor_.template Alloc<int64_t>(kCountsSize);
   }
 
-  void Solve() {
+  void AllocateVectors() {
+    residual_ = executor_.template Alloc<float>(unknowns_);
+    direction_ = executor_.template Alloc<float>(unknowns_);
+    product_ = executor_.template Alloc<float>(unknowns_);
+  }
+
+  void Solve(const SolveLimits& limits) {
     const int64_t counts[kCountsSize] = {unknowns_, task_.node_count, sums_, 1, 0};
     executor_.CopyIn(counts, kCountsSize, counts_);
-    Start();
+    Start(limits.tolerance);
     executor_.Repeat(
-        task_.max_iterations, counts_, [this] { Iterate(); },
+        limits.max_iterations, counts_, [this] { Iterate(); },
         [](const int64_t* counts) { return counts[kIsLive] == 0; });
   }
 
-  void TakeRounds() {
+  void TakeCourse(const PhaseCourse& course) {
     if constexpr (std::is_same_v<Operator, PhaseOperator>) {
-      const PullRounds& rounds = *task_.rounds;
-      const Array<float> hull_target = Uploaded(executor_, rounds.hull_target.data, unknowns_);
+      x_ = executor_.template Alloc<float>(unknowns_);
+      executor_.ForEach("clear phases", unknowns_, ClearBody{x_.View()});
+      right_side_ = Uploaded(executor_, course.hull_target.data, unknowns_);
       inverse_diagonal_ = executor_.template Alloc<float>(unknowns_);
+      AllocateVectors();
+      SetDiagonal();
+      Solve(course.first);
+      const Array<float> hull_target = std::move(right_side_);
+      // The walk takes less than these.
+      residual_ = {}, direction_ = {}, product_ = {};
+      PhaseSeeds<E>(executor_, matrix_, x_.View()).Run();
+      AllocateVectors();
       right_side_ = executor_.template Alloc<float>(unknowns_);
-      int32_t round = 0;
-      for (const float pull : rounds.pulls) {
-        if (executor_.Stopped()) return;
-        if (rounds.on_round) rounds.on_round(round++);
-        matrix_.pull = pull;
-        executor_.ForEach(
-            "pull to unit length", unknowns_ / 2,
-            PullBody{hull_target.View(), ReadOnly(x_.View()), pull, right_side_.View()});
-        executor_.ForEach("take the diagonal", task_.node_count,
-                          PhaseDiagonalBody{matrix_, inverse_diagonal_.View()});
-        Solve();
-      }
+      TakeRounds(course, hull_target);
     }
+  }
+
+  void TakeRounds(const PhaseCourse& course, const Array<float>& hull_target) {
+    int32_t round = 0;
+    for (const float pull : course.pulls) {
+      if (executor_.Stopped()) return;
+      if (course.on_round) course.on_round(round++);
+      matrix_.pull = pull;
+      executor_.ForEach(
+          "pull to unit length", unknowns_ / 2,
+          PullBody{hull_target.View(), ReadOnly(x_.View()), pull, right_side_.View()});
+      SetDiagonal();
+      Solve(task_.limits);
+    }
+  }
+
+  void SetDiagonal() {
+    executor_.ForEach("take the diagonal", task_.node_count,
+                      PhaseDiagonalBody{matrix_, inverse_diagonal_.View()});
   }
 
   GradientVectors Vectors() {
@@ -299,12 +323,12 @@ class GradientSolve {
     ForLive(description, kIsLive, 1, body);
   }
 
-  void Start() {
+  void Start(double tolerance) {
     Apply(x_);
     ForLive("start", kLiveUnknowns, unknowns_, StartBody{Vectors()});
     Sum(SquareTerm{ReadOnly(right_side_.View()), ReadOnly(inverse_diagonal_.View())});
     SetGoalBody set_goal;
-    set_goal.tolerance = task_.tolerance;
+    set_goal.tolerance = tolerance;
     Decide("set the goal", set_goal);
     Sum(ProductTerm{ReadOnly(residual_.View()), ReadOnly(direction_.View())});
     Decide("begin", BeginBody());

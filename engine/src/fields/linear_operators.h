@@ -144,6 +144,10 @@ struct ClosureOperator {
   }
 };
 
+struct PhaseNumber {
+  float real = 0, imaginary = 0;
+};
+
 // One complex number per axis, real part first, turned along the grid's edges.
 struct PhaseOperator {
   static constexpr int kUnknowns = 6;
@@ -163,29 +167,38 @@ struct PhaseOperator {
   AMHEX_HD float Diagonal(int64_t i, int axis) const {
     return static_cast<float>(edge_count[i]) + hull_weight[3 * i + axis] + pull;
   }
+  // What the neighbour ahead, which exists, says that number `axis` of node i is.
+  AMHEX_HD PhaseNumber FromAhead(int64_t i, int d, int axis, const float* x) const {
+    const AxisRenaming& renaming = links.RenamingAt(i, d);
+    const float* psi = x + 6 * links.Ahead(i, d) + 2 * renaming.source[axis];
+    const float conjugated = renaming.sign[axis] * psi[1];
+    const float cosine = turns[18 * i + 6 * d + 2 * axis];
+    const float sine = turns[18 * i + 6 * d + 2 * axis + 1];
+    return {psi[0] * cosine + conjugated * sine, conjugated * cosine + psi[0] * -sine};
+  }
+  // The same for the one behind.
+  AMHEX_HD PhaseNumber FromBehind(int64_t i, int d, int axis, const float* x) const {
+    const int64_t j = links.Behind(i, d);
+    const AxisRenaming& renaming = links.RenamingAt(j, d);
+    const int b = renaming.inverse[axis];
+    const float* psi = x + 6 * j + 2 * b;
+    const float cosine = turns[18 * j + 6 * d + 2 * b];
+    const float sine = turns[18 * j + 6 * d + 2 * b + 1];
+    return {psi[0] * cosine + psi[1] * -sine, renaming.sign[b] * (psi[1] * cosine + psi[0] * sine)};
+  }
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
       const float own = Diagonal(i, a);
       float real = own * x[6 * i + 2 * a], imaginary = own * x[6 * i + 2 * a + 1];
       for (int d = 0; d < 3; ++d) {
-        if (const int64_t j = links.Ahead(i, d); j >= 0) {
-          const AxisRenaming& renaming = links.RenamingAt(i, d);
-          const float* psi = x + 6 * j + 2 * renaming.source[a];
-          const float conjugated = renaming.sign[a] * psi[1];
-          const float cosine = turns[18 * i + 6 * d + 2 * a];
-          const float sine = turns[18 * i + 6 * d + 2 * a + 1];
-          real -= psi[0] * cosine + conjugated * sine;
-          imaginary -= conjugated * cosine + psi[0] * -sine;
+        if (links.Ahead(i, d) >= 0) {
+          const PhaseNumber there = FromAhead(i, d, a, x);
+          real -= there.real, imaginary -= there.imaginary;
         }
-        if (const int64_t j = links.Behind(i, d); j >= 0) {
-          const AxisRenaming& renaming = links.RenamingAt(j, d);
-          const int b = renaming.inverse[a];
-          const float* psi = x + 6 * j + 2 * b;
-          const float cosine = turns[18 * j + 6 * d + 2 * b];
-          const float sine = turns[18 * j + 6 * d + 2 * b + 1];
-          real -= psi[0] * cosine + psi[1] * -sine;
-          imaginary -= renaming.sign[b] * (psi[1] * cosine + psi[0] * sine);
+        if (links.Behind(i, d) >= 0) {
+          const PhaseNumber there = FromBehind(i, d, a, x);
+          real -= there.real, imaginary -= there.imaginary;
         }
       }
       product[6 * i + 2 * a] = real;

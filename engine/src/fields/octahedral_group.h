@@ -10,6 +10,7 @@
 
 #include "amhex/vec3.h"
 #include "fields/frame_math.h"
+#include "fields/match_code.h"
 #include "relax/sites.h"
 
 namespace amhex::fields {
@@ -41,18 +42,8 @@ AxisRotation Compose(const AxisRotation& a, const AxisRotation& b);
 extern const std::array<AxisRotation, kRotationCount> kAxisRotations;
 extern const std::array<uint8_t, kRotationCount> kInverseCodes;
 
-Quaternion Multiply(const Quaternion& a, const Quaternion& b);
-inline Quaternion Conjugate(const Quaternion& q) { return {q.w, -q.x, -q.y, -q.z}; }
 // a + b * weight, with b's sign chosen so that it lies on a's side.
 Quaternion AddAligned(const Quaternion& a, const Quaternion& b, double weight);
-
-// Code of the group element nearest to the rotation `q` (unit up to a positive factor).
-int NearestRotation(const Quaternion& q);
-
-// Code of the rotation G with M_j = M_i G most nearly.
-inline int MatchCode(const Quaternion& qi, const Quaternion& qj) {
-  return NearestRotation(Multiply(Conjugate(qi), qj));
-}
 
 // q_j with its axes renamed so that it lies nearest to `reference` (any positive length).
 Quaternion Matched(const Quaternion& reference, const Quaternion& q);

@@ -130,10 +130,10 @@ std::vector<SmoothingLevel> ViewLevels(const BackgroundGrid& grid,
 
 }  // namespace
 
-absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGrid& grid,
-                                                              const HullSamples& samples,
-                                                              const OrientationSettings& settings,
-                                                              const ProgressSlice& slice) {
+absl::StatusOr<OrientationField> SolveOrientationField(const BackgroundGrid& grid,
+                                                       const HullSamples& samples,
+                                                       const OrientationSettings& settings,
+                                                       const ProgressSlice& slice) {
   std::vector<HullForms> hull{
       FinestHullForms(grid.fine(), samples, settings.hull_weight, slice.run())};
   AddGuides(grid.fine(), settings.hull_weight, &hull[0]);
@@ -151,28 +151,7 @@ absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGr
       RunWhereChosen(settings.device, &task, [&] { return SmoothFramesOnCpu(task); });
   if (!outcome.ok()) return outcome.status();
   if (absl::Status status = slice.run().CheckStop(); !status.ok()) return status;
-  return std::move(task.frames);
-}
-
-ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternion>& frames,
-                             const RunContext& run) {
-  ForwardCodes codes(level.count());
-  ForEach(run, level.count(), [&](int64_t i) {
-    for (int k = 0; k < 3; ++k) {
-      const int32_t j = level.neighbours[i][k];
-      codes[i][k] = j < 0 ? uint8_t{0} : static_cast<uint8_t>(MatchCode(frames[i], frames[j]));
-    }
-  });
-  return codes;
-}
-
-NearestAxis FindNearestAxis(const AxisFrame& frame, const Vec3d& normal) {
-  NearestAxis nearest{0, 1, -1};
-  for (int axis = 0; axis < 3; ++axis) {
-    const double c = Dot(frame.axis[axis], normal);
-    if (std::abs(c) > nearest.cosine) nearest = {axis, c < 0 ? -1.0 : 1.0, std::abs(c)};
-  }
-  return nearest;
+  return OrientationField{std::move(task.frames), std::move(task.codes)};
 }
 
 }  // namespace amhex::fields

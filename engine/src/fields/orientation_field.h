@@ -7,6 +7,8 @@
 
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
+#include "fields/match_code.h"
+#include "fields/nearest_axis.h"
 #include "fields/octahedral_group.h"
 #include "input/hull.h"
 
@@ -24,19 +26,19 @@ struct OrientationSettings {
       nullptr;  // where the sweeps run; null: on the CPU. The same frames, to the bit
 };
 
-// [node_count] unit quaternions of the finest level; `samples` (may be empty) tell how much the
-// hull turns around each node. Coarse to fine; sweeps run colour by colour, so the result does not
-// depend on the number of threads. O(nodes * sweeps).
-absl::StatusOr<std::vector<Quaternion>> SolveOrientationField(const BackgroundGrid& grid,
-                                                              const HullSamples& samples,
-                                                              const OrientationSettings& settings,
-                                                              const ProgressSlice& slice);
+// Of the finest level.
+struct OrientationField {
+  std::vector<Quaternion> frames;  // [node_count] unit quaternions
+  ForwardCodes codes;              // [node_count] how neighbours' frames match (match_code.h)
+};
 
-// For every node and its neighbours along +x +y +z the code of the rotation that carries the
-// neighbour's lattice coordinates into the node's (octahedral_group.h); 0 without a neighbour.
-using ForwardCodes = std::vector<std::array<uint8_t, 3>>;
-ForwardCodes MatchNeighbours(const GridLevel& level, const std::vector<Quaternion>& frames,
-                             const RunContext& run);
+// `samples` (may be empty) tell how much the hull turns around each node. Coarse to fine; sweeps
+// run colour by colour, so the result does not depend on the number of threads.
+// O(nodes * sweeps).
+absl::StatusOr<OrientationField> SolveOrientationField(const BackgroundGrid& grid,
+                                                       const HullSamples& samples,
+                                                       const OrientationSettings& settings,
+                                                       const ProgressSlice& slice);
 
 // The rotation from neighbour k of `node` to `node`, for neighbours along the grid's axes.
 inline const AxisRotation& RotationFrom(const GridLevel& level, const ForwardCodes& codes,
@@ -45,15 +47,5 @@ inline const AxisRotation& RotationFrom(const GridLevel& level, const ForwardCod
   const int32_t neighbour = level.neighbours[node][k];
   return kAxisRotations[kInverseCodes[codes[neighbour][k - kForwardCount]]];
 }
-
-// The axis of `frame` nearest to the unit `normal`, and on which side of it.
-struct NearestAxis {
-  int axis = 0;
-  double sign = 1;
-  double cosine = 1;  // >= 1 / sqrt(3)
-};
-// The hull counts for an axis within about 35 degrees of its normal.
-inline constexpr double kAlignedCosine = 0.82;
-NearestAxis FindNearestAxis(const AxisFrame& frame, const Vec3d& normal);
 
 }  // namespace amhex::fields

@@ -2,8 +2,9 @@
 
 #include <cmath>
 #include <numbers>
-#include <optional>
 
+#include "base/arc_tangent.h"
+#include "base/stop_poll.h"
 #include "cuda/device_use.h"
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
@@ -191,64 +192,61 @@ std::vector<float> Pulls(const PhaseSettings& settings) {
 
 class PhaseSolver {
  public:
-  PhaseSolver(PhaseSystem& phases, DeviceUse* device, const RunContext& run)
-      : phases_(phases), device_(device), run_(run) {
-    if (device != nullptr) links_.emplace(phases.Links());
-  }
+  PhaseSolver(PhaseSystem& phases, const PhaseSettings& settings, const RunContext& run)
+      : phases_(phases), settings_(settings), run_(run), links_(phases.Links()) {}
 
-  // Solves with the phases' matrix as it is.
-  absl::Status Improve(const std::vector<float>& rhs, const ConjugateGradientLimits& limits,
-                       std::vector<float>* x) const {
-    LinearSystem system = System();
-    system.device = device_;
-    if (links_) system.matrix = phases_.Matrix(links_->View());
-    system.resident = &resident_;
-    return SolveConjugateGradient(system, rhs, limits, run_, x).status();
-  }
-
-  // Solves again and again, each time pulled more to unit length.
-  absl::Status PullToUnitLength(const ConjugateGradientLimits& limits, const PullRounds& rounds,
-                                std::vector<float>* x) {
+  // All of `course`, where the settings say.
+  absl::Status Solve(const PhaseCourse& course, std::vector<float>* x) {
     const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-      int32_t round = 0;
-      for (const float pull : rounds.pulls) {
-        rounds.on_round(round++);
-        phases_.SetPull(pull);
-        const absl::Status status =
-            SolveConjugateGradient(System(), phases_.RightSide(*x), limits, run_, x).status();
-        if (!status.ok()) return status;
-      }
-      return true;
+      const absl::Status status = SolveOnCpu(course, x);
+      return status.ok() ? absl::StatusOr<bool>(true) : status;
     };
-    if (device_ == nullptr) return on_cpu().status();
     GradientTask task;
-    task.matrix = phases_.Matrix(links_->View());
-    task.resident = &resident_;
+    task.matrix = phases_.Matrix(links_.View());
     task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
-    task.rounds = &rounds;
+    task.course = &course;
     task.x = x;
-    task.max_iterations = limits.max_iterations;
-    task.tolerance = limits.tolerance;
+    task.limits = {settings_.round_iterations, settings_.round_tolerance};
     task.should_stop = [this] { return run_.ShouldStop(); };
-    const absl::Status status = device_->Run(&task, on_cpu).status();
+    const absl::Status status = RunWhereChosen(settings_.device, &task, on_cpu).status();
     return status.ok() ? run_.CheckStop() : status;
   }
 
  private:
-  LinearSystem System() const {
+  absl::Status SolveOnCpu(const PhaseCourse& course, std::vector<float>* x) {
+    absl::Status status = Improve(phases_.hull_target(), course.first, x);
+    if (!status.ok()) return status;
+    try {
+      SeedWeakPhases(phases_.Matrix(links_.View()), StopPoll(run_), x);
+    } catch (const RunStopped&) {
+      return run_.CheckStop();
+    }
+    int32_t round = 0;
+    for (const float pull : course.pulls) {
+      course.on_round(round++);
+      phases_.SetPull(pull);
+      status = Improve(phases_.RightSide(*x),
+                       {settings_.round_iterations, settings_.round_tolerance}, x);
+      if (!status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Improve(const std::vector<float>& rhs, const SolveLimits& limits,
+                       std::vector<float>* x) const {
     LinearSystem system;
     system.unknowns = PhaseOperator::kUnknowns;
-    system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* x,
-                          float* product) { phases_.Apply(begin, end, x, product); };
+    system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* from,
+                          float* product) { phases_.Apply(begin, end, from, product); };
     system.inverse_diagonal = phases_.InverseDiagonal();
-    return system;
+    return SolveConjugateGradient(system, rhs, {limits.max_iterations, limits.tolerance}, run_, x)
+        .status();
   }
 
   PhaseSystem& phases_;
-  DeviceUse* device_;
+  const PhaseSettings& settings_;
   const RunContext& run_;
-  std::optional<OwnedLinks> links_;
-  mutable ResidentSlot resident_;  // of the matrix: between the rounds only its pull changes
+  const OwnedLinks links_;
 };
 
 // Onto the layer of cell centres that is nearest along each aligned hull normal.
@@ -275,25 +273,21 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
   PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
-  PhaseSolver solver(phases, settings.device, run);
   std::vector<float> x(6 * grid.count(), 0.0F);
-  absl::Status status = solver.Improve(phases.hull_target(),
-                                       {settings.first_iterations, settings.first_tolerance}, &x);
-  if (!status.ok()) return status;
-  SeedWeakPhases(grid.fine(), codes, form, &x);
   const std::vector<float>& target = phases.hull_target();
-  const PullRounds rounds{
-      {target.data(), static_cast<int64_t>(target.size())}, Pulls(settings), [&](int32_t round) {
-        slice.Report((round + 1.0) / (settings.rounds + 2.0));
-      }};
-  status =
-      solver.PullToUnitLength({settings.round_iterations, settings.round_tolerance}, rounds, &x);
-  if (!status.ok()) return status;
+  const PhaseCourse course{
+      {target.data(), static_cast<int64_t>(target.size())},
+      {settings.first_iterations, settings.first_tolerance},
+      Pulls(settings),
+      [&](int32_t round) { slice.Report((round + 1.0) / (settings.rounds + 2.0)); }};
+  if (absl::Status status = PhaseSolver(phases, settings, run).Solve(course, &x); !status.ok()) {
+    return status;
+  }
   std::vector<Vec3d> positions(grid.count());
   ForEach(run, grid.count(), [&](int64_t i) {
     Vec3d p = grid.Position(i);
     for (int a = 0; a < 3; ++a) {
-      const double phase = std::atan2(x[6 * i + 2 * a + 1], x[6 * i + 2 * a]) / kFullTurn;
+      const double phase = ArcTangent2(x[6 * i + 2 * a + 1], x[6 * i + 2 * a]) / kFullTurn;
       p -= form.steps[i][a] * phase;
     }
     if (const HullConstraints* constraints = grid.fine().ConstraintsOf(i)) {

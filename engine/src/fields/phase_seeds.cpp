@@ -1,105 +1,48 @@
 #include "fields/phase_seeds.h"
 
-#include <cmath>
-#include <numbers>
+#include <utility>
 
 namespace amhex::fields {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
-
-// Walks over (node, axis) pairs, numbered 3 * node + axis.
-class PhaseWalk {
- public:
-  PhaseWalk(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form)
-      : level_(level),
-        codes_(codes),
-        form_(form),
-        phase_(3 * level.count(), 0.0),
-        is_reached_(3 * level.count(), 0) {}
-
-  bool is_reached(int64_t u) const { return is_reached_[u] != 0; }
-  double phase(int64_t u) const { return phase_[u]; }
-
-  void Start(int64_t u, double phase) {
-    is_reached_[u] = 1;
-    phase_[u] = phase;
-  }
-
-  // From what has been started at `seeds` to all that is connected; appends those in the order of
-  // the walk.
-  std::vector<int64_t> Spread(std::vector<int64_t> seeds) {
-    for (size_t next = 0; next < seeds.size(); ++next) {
-      const int64_t node = seeds[next] / 3;
-      const int axis = static_cast<int>(seeds[next] % 3);
-      const double phase = phase_[seeds[next]];
-      for (int d = 0; d < 3; ++d) {
-        StepForward(node, axis, d, phase, &seeds);
-        StepBackward(node, axis, d, phase, &seeds);
-      }
+// From what has been reached at `front` to all that is connected, step by step; returns the step
+// after the last.
+int32_t Spread(const PhaseWalk& walk, const StopPoll& poll, int32_t now,
+               std::vector<int64_t> front) {
+  int64_t visited = 0;
+  while (!front.empty()) {
+    std::vector<int64_t> next;
+    for (const int64_t u : front) {
+      poll.At(++visited);
+      walk.VisitNeighbours(u, [&](int64_t v) {
+        if (!walk.IsReached(v) && walk.Reach(v, now)) next.push_back(v);
+      });
     }
-    return seeds;
+    front = std::move(next);
+    ++now;
   }
-
- private:
-  void StepForward(int64_t node, int axis, int d, double phase, std::vector<int64_t>* queue) {
-    const int64_t other = level_.neighbours[node][d];
-    if (other < 0) return;
-    const AxisRotation& rotation = kAxisRotations[codes_[node][d]];
-    Reach(3 * other + rotation.source[axis],
-          rotation.sign[axis] * (phase + form_.increments[node][d][axis]), queue);
-  }
-
-  void StepBackward(int64_t node, int axis, int d, double phase, std::vector<int64_t>* queue) {
-    const int64_t other = level_.neighbours[node][Opposite(d)];
-    if (other < 0) return;
-    const AxisRotation& rotation = kAxisRotations[codes_[other][d]];
-    for (int a = 0; a < 3; ++a) {
-      if (rotation.source[a] != axis) continue;
-      Reach(3 * other + a, rotation.sign[a] * phase - form_.increments[other][d][a], queue);
-    }
-  }
-
-  void Reach(int64_t u, double phase, std::vector<int64_t>* queue) {
-    if (is_reached_[u] != 0) return;
-    is_reached_[u] = 1;
-    phase_[u] = phase;
-    queue->push_back(u);
-  }
-
-  const GridLevel& level_;
-  const ForwardCodes& codes_;
-  const LatticeForm& form_;
-  std::vector<double> phase_;  // turns
-  std::vector<uint8_t> is_reached_;
-};
+  return now;
+}
 
 }  // namespace
 
-void SeedWeakPhases(const GridLevel& level, const ForwardCodes& codes, const LatticeForm& form,
-                    std::vector<float>* x) {
-  const int64_t count = 3 * level.count();
-  PhaseWalk walk(level, codes, form);
-  std::vector<int64_t> seeds;
+void SeedWeakPhases(const PhaseOperator& matrix, const StopPoll& poll, std::vector<float>* x) {
+  const auto count = static_cast<int64_t>(x->size()) / 2;
+  std::vector<int32_t> step(x->size() / 2, kNeverReached);
+  const PhaseWalk walk{matrix, {x->data(), 2 * count}, {step.data(), count}};
+  std::vector<int64_t> strong;
   for (int64_t u = 0; u < count; ++u) {
-    const double re = (*x)[2 * u], im = (*x)[2 * u + 1];
-    if (re * re + im * im < kWeakPhase * kWeakPhase) continue;
-    walk.Start(u, std::atan2(im, re) / kFullTurn);
-    seeds.push_back(u);
+    poll.At(u);
+    if (IsWeakPhase(x->data(), u)) continue;
+    step[u] = 0;
+    strong.push_back(u);
   }
-  size_t known = seeds.size();
-  for (int64_t next = 0; next <= count; ++next) {
-    const std::vector<int64_t> walked = walk.Spread(std::move(seeds));
-    for (size_t k = known; k < walked.size(); ++k) {
-      const int64_t u = walked[k];
-      (*x)[2 * u] = static_cast<float>(std::cos(kFullTurn * walk.phase(u)));
-      (*x)[2 * u + 1] = static_cast<float>(std::sin(kFullTurn * walk.phase(u)));
-    }
-    while (next < count && walk.is_reached(next)) ++next;
-    if (next == count) break;
-    walk.Start(next, 0);
-    seeds = {next};
-    known = 0;
+  int32_t now = Spread(walk, poll, 1, std::move(strong));
+  for (int64_t u = 0; u < count; ++u) {
+    poll.At(u);
+    if (walk.IsReached(u)) continue;
+    walk.Start(u, now);
+    now = Spread(walk, poll, now + 1, {u});
   }
 }
 

@@ -1,10 +1,11 @@
 // Cells that are as high as a wall is thick, where a whole cell would not fit.
 #pragma once
 
+#include "absl/status/status.h"
 #include "fields/background_grid.h"
 #include "fields/lattice_form.h"
 #include "fields/orientation_field.h"
-#include "input/hull.h"
+#include "input/ask_hull.h"
 
 namespace amhex::fields {
 
@@ -12,7 +13,8 @@ namespace amhex::fields {
 // spacing, the cells' axis across the wall gets the wall's thickness: the layers below either side
 // are then one and the same, where they would lie beside each other and cancel out otherwise. (The
 // paper, appendix B.6, hopes for one layer there if the samples are dense.) O(nodes log triangles).
-void FitThinWalls(const Hull& hull, const BackgroundGrid& grid, const ForwardCodes& codes,
-                  const RunContext& run, LatticeForm* form);
+// Errors: those of the asker.
+absl::Status FitThinWalls(const HullAsker& hull, const BackgroundGrid& grid,
+                          const ForwardCodes& codes, const RunContext& run, LatticeForm* form);
 
 }  // namespace amhex::fields

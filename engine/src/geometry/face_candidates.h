@@ -1,12 +1,15 @@
-// Which faces of neighbouring cubes could be glued; usable where bodies run. What is left to the
-// host is in face_matching.cpp. Paper: section 5.1, "Matching Scores".
+// Which faces of neighbouring cubes could be glued; usable where bodies run. Paper: section 5.1,
+// "Matching Scores".
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <numbers>
 
+#include "base/arc_tangent.h"
 #include "geometry/cubes_view.h"
+#include "geometry/merge_view.h"
 #include "geometry/point_bins_view.h"
 
 namespace amhex {
@@ -16,8 +19,7 @@ inline constexpr double kMaxScore = 0.8;
 // A pair that the fields link has this share of its score.
 inline constexpr double kLinkFactor = 0.5;
 
-// How two faces fit: all that eq. 5 takes of them, but for the arc cosine, which machines round
-// differently.
+// How two faces fit: all that eq. 5 takes of them.
 struct FaceFit {
   double distance = 0;   // of the paired corners, summed, for the best of the four rotations
   double cosine = 0;     // of the faces' normals, in [-1, 1]
@@ -43,14 +45,11 @@ AMHEX_HD inline FaceFit FitOfFaces(const CubesView& cubes, int cube_a, int direc
   return best;
 }
 
-struct FaceCandidate {
-  FaceFit fit;
-  int32_t cube_a = 0;
-  int32_t cube_b = 0;
-  uint8_t direction_a = 0;
-  uint8_t direction_b = 0;
-  uint8_t is_linked = 0;  // 1: the fields link the two faces
-};
+// Eq. 5.
+AMHEX_HD inline double ValueOf(const FaceFit& fit) {
+  const double sine = std::sqrt((1 - fit.cosine) * (1 + fit.cosine));
+  return fit.distance * (2.0 - ArcTangent2(sine, fit.cosine) * std::numbers::inv_pi);
+}
 
 // Two cube faces, numbered 6 * cube + direction, that the fields link; `low` < `high`.
 struct LinkedFaces {
@@ -62,7 +61,7 @@ struct LinkedFaces {
 
 // One element per cube.
 struct CandidateSearch {
-  using Item = FaceCandidate;
+  using Item = FacePair;
   CubesView cubes;
   PointBinsView bins;                  // of the cubes' centres
   ArrayView<const LinkedFaces> links;  // ascending
@@ -74,7 +73,7 @@ struct CandidateSearch {
     bins.points = cubes.centre;
   }
 
-  // Calls visit(candidate) for every candidate of the cube and a smaller one (of equal ones, with a
+  // Calls visit(pair) for every candidate of the cube and a smaller one (of equal ones, with a
   // larger index), whose neighbourhood need not reach as far.
   template <class Visit>
   AMHEX_HD void VisitItems(int64_t cube, const Visit& visit) const {
@@ -92,15 +91,6 @@ struct CandidateSearch {
   // Cosine between a face normal and the line of centres (about 53 degrees).
   static constexpr double kMinFacing = 0.6;
 
-  // What fails with the least factor fails with the factor itself, rounded as it may be.
-  static constexpr double kRoundingSlack = 1 + 1e-9;
-
-  // Not more than 2 - acos(cosine) / pi of eq. 5: the arc sine lies above its chord from -1 to 0,
-  // and above its tangent from there on.
-  AMHEX_HD static double LeastAngleFactor(double cosine) {
-    return 1.5 + cosine * (cosine < 0 ? 0.5 : std::numbers::inv_pi);
-  }
-
   template <class Visit>
   AMHEX_HD void VisitBetween(int32_t a, int32_t b, const Visit& visit) const {
     const Vec3d d = cubes.centre[b] - cubes.centre[a];
@@ -112,12 +102,11 @@ struct CandidateSearch {
       for (int v = 0; v < kDirectionCount; ++v) {
         if (Dot(cubes.FaceNormal(b, v), d) > -kMinFacing * distance) continue;
         const FaceFit fit = FitOfFaces(cubes, a, u, b, v);
-        const bool is_linked = AreLinked(6 * int64_t{a} + u, 6 * int64_t{b} + v);
-        const double least = fit.distance * LeastAngleFactor(fit.cosine) / (4 * size) *
-                             (is_linked ? kLinkFactor : 1.0);
-        if (least >= kMaxScore * kRoundingSlack) continue;
-        visit(FaceCandidate{fit, a, b, static_cast<uint8_t>(u), static_cast<uint8_t>(v),
-                            static_cast<uint8_t>(is_linked ? 1 : 0)});
+        double score = ValueOf(fit) / (4 * size);
+        if (AreLinked(6 * int64_t{a} + u, 6 * int64_t{b} + v)) score *= kLinkFactor;
+        if (score >= kMaxScore) continue;
+        visit(FacePair{score, a, b, static_cast<uint8_t>(u), static_cast<uint8_t>(v),
+                       static_cast<uint8_t>(fit.rotation)});
       }
     }
   }

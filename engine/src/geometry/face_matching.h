@@ -7,22 +7,11 @@
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "geometry/cubes.h"
-#include "geometry/merge_sets.h"
+#include "geometry/face_candidates.h"
+#include "geometry/point_bins.h"
 #include "relax/sites.h"
 
 namespace amhex {
-
-class DeviceUse;
-
-// Two faces of neighbouring cubes in their best rotation.
-struct FacePair {
-  double score = 0;  // eq. 5 over four mean cell sizes: 0 is perfect; lower is better
-  int cube_a = 0;
-  int cube_b = 0;
-  uint8_t direction_a = 0;
-  uint8_t direction_b = 0;
-  uint8_t rotation = 0;  // corner q of face a meets corner (rotation + 4 - q) % 4 of face b
-};
 
 // Eq. 5: the summed distance of the paired corners, times 1 for facing normals up to 2 for equal
 // ones; for the best of the four rotations. Units: edge lengths.
@@ -32,14 +21,21 @@ struct MatchScore {
 };
 MatchScore ScoreFaces(const Cubes& cubes, int cube_a, int direction_a, int cube_b, int direction_b);
 
-CornerPairs CornersToMerge(const FacePair& pair);
+// The search for all plausible pairs with the arrays that it needs; the cubes must outlive it.
+class FaceSearch {
+ public:
+  FaceSearch(const Cubes& cubes, const std::vector<FaceLink>& links);
+  CandidateSearch view() const;
+
+ private:
+  const Cubes& cubes_;
+  PointBins bins_;
+  std::vector<LinkedFaces> links_;
+};
 
 // All plausible pairs, ascending by (score, cubes, directions). Pairs that the fields link are
-// preferred. O(n log n) for bounded density. On `device`, unless it is null, with the same bits.
-// Fails only with the run's status and with RunOnCuda's.
-absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const Cubes& cubes,
-                                                       const std::vector<FaceLink>& links,
-                                                       const RunContext& run,
-                                                       DeviceUse* device = nullptr);
+// preferred. O(n log n) for bounded density. Fails only with the run's status.
+absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const CandidateSearch& search,
+                                                       const RunContext& run);
 
 }  // namespace amhex

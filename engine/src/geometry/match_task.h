@@ -1,19 +1,36 @@
-// The search for face candidates as plain arrays: what crosses the border to the CUDA library that
+// Matching and merging of cubes as plain arrays: what crosses the border to the CUDA library that
 // is loaded at run time.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "amhex/volume_mesh.h"
 #include "geometry/face_candidates.h"
 
 namespace amhex {
 
+// Deviates from the paper's single pass over the queue: good matches first, and after each level
+// the cuts it opened are closed, so that certain merges decide the doubtful ones.
+inline constexpr std::array<double, 7> kMatchLevels = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.8};
+// A cut may be this much wider than the level's matches, in mean cell sizes.
+inline constexpr double kCutMargin = 0.25;
+// First without, then with collapsing edges, at each level.
+inline constexpr std::array<Collapse, 2> kMatchPasses = {Collapse::kForbidden,
+                                                         Collapse::kEdgesOnly};
+
 // Views are on host arrays that outlive the task.
 struct MatchTask {
   CandidateSearch search;
-  std::vector<FaceCandidate> candidates;  // out: by cube a; as they were unless it was done
-  std::function<bool()> should_stop;      // may be empty
+  // Out, as they were unless it was done: real vertices, numbered by their first virtual vertex,
+  // and per cube its vertices and the faces that its own are glued to (FaceMatches).
+  std::vector<Vec3d> vertices;
+  std::vector<CellCorners> corners;
+  std::vector<std::array<int32_t, 6>> matches;
+  std::function<void()> on_level;     // called after each; may be empty
+  std::function<bool()> should_stop;  // may be empty
 };
 
 }  // namespace amhex

@@ -1,44 +1,32 @@
-// Merge sets of virtual vertices. Paper: section 5.1, "Vertex Merging".
-//
-// A union-find whose sets also know their members (as rings) and the box around them, because a
-// merge is refused when it would collapse a diagonal or stretch a set over more than a cell.
+// Merge sets of virtual vertices (merge_view.h) on the host.
 #pragma once
 
 #include <array>
-#include <utility>
 #include <vector>
 
 #include "geometry/cubes.h"
+#include "geometry/merge_view.h"
 
 namespace amhex {
 
-// Virtual vertices to be merged together, pairwise: the four corners of two matched faces.
-using CornerPairs = std::array<std::pair<int, int>, 4>;
+// [cube][direction] 6 * other cube + direction over there; -1 while open.
+using FaceMatches = std::vector<std::array<int32_t, 6>>;
 
-// What a merge may do to a cube that gets two corners in one set.
-enum class Collapse { kForbidden, kEdgesOnly };
-
+// Every virtual vertex by itself at first, all faces open. The cubes must outlive this.
 class MergeSets {
  public:
   explicit MergeSets(const Cubes& cubes);
+  MergeSets(const MergeSets&) = delete;
+  MergeSets& operator=(const MergeSets&) = delete;
 
-  int Find(int virtual_vertex) const;
-  // True if merging all pairs keeps every law above. O(members of the sets involved).
-  bool CanMerge(const CornerPairs& pairs, Collapse collapse) const;
-  void Merge(const CornerPairs& pairs);
+  const MergeView& view() const { return view_; }
+  const FaceMatches& matches() const { return matches_; }
 
  private:
-  struct Box {
-    Vec3d low, high;
-  };
-  void Unite(int a, int b);
-  bool GroupIsAllowed(const std::vector<int>& roots, Collapse collapse) const;
-
-  const Cubes& cubes_;
-  mutable std::vector<int> parent_;
-  std::vector<int> size_;
-  std::vector<int> ring_next_;  // next member of the same set, cyclic
-  std::vector<Box> box_;        // valid at roots
+  std::vector<int32_t> parent_, size_, ring_next_;
+  std::vector<Vec3d> low_, high_;
+  FaceMatches matches_;
+  MergeView view_;  // of all of them
 };
 
 }  // namespace amhex

@@ -50,6 +50,10 @@ class HullAsker {
     throw StatusError(answers.status());
   }
 
+  // For steps that ask in other ways.
+  const HullQueries& queries() const { return queries_; }
+  DeviceUse* device() const { return device_; }
+
  private:
   template <class Question>
   static bool AnswerOnCpu(HullBatch<Question>& batch) {

@@ -110,21 +110,4 @@ std::vector<SymmetricTensor> TriangleCurvatures(const Hull& hull, const StopPoll
   return tensors;
 }
 
-Vec3d AnyTangent(const Vec3d& normal) {
-  const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
-  const Vec3d axis = x <= y && x <= z ? Vec3d{1, 0, 0} : (y <= z ? Vec3d{0, 1, 0} : Vec3d{0, 0, 1});
-  return Normalized(Cross(normal, axis));
-}
-
-PrincipalDirections PrincipalDirectionsOf(const SymmetricTensor& tensor, const Vec3d& normal) {
-  const Vec3d u = AnyTangent(normal), v = Cross(normal, u);
-  const double a = tensor.Between(u, u), b = tensor.Between(u, v), c = tensor.Between(v, v);
-  const double angle = 0.5 * std::atan2(2 * b, a - c);
-  const double mean = (a + c) / 2, half_difference = std::hypot((a - c) / 2, b);
-  const Vec3d along_upper = u * std::cos(angle) + v * std::sin(angle);
-  const double upper = mean + half_difference, lower = mean - half_difference;
-  if (std::abs(upper) >= std::abs(lower)) return {along_upper, upper, lower};
-  return {Cross(normal, along_upper), lower, upper};
-}
-
 }  // namespace amhex

@@ -68,6 +68,7 @@ struct HullSamples {
   std::vector<Vec3d> normal;    // [sample_count] unit, outward
   std::vector<Vec3d> tangent;   // [sample_count] unit, principal direction of largest curvature
   std::vector<float> curvature_confidence;  // [sample_count] [0, 1]; 0 on planes and spheres
+  std::vector<std::string> device_notes;    // as the hull's
 };
 
 }  // namespace amhex

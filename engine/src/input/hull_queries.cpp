@@ -22,20 +22,6 @@ constexpr int32_t kTrianglesPerTask = 16384;
 // microseconds, against half a microsecond per triangle here).
 constexpr size_t kFewestForDevice = 2048;
 
-// Where the ray enters the box, or a value above `limit` if it misses it.
-double EntryDistance(const Vec3d& origin, const Vec3d& inverse, const Vec3d& low, const Vec3d& high,
-                     double limit) {
-  double enter = 0, leave = limit;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double t0 = (low[axis] - origin[axis]) * inverse[axis];
-    const double t1 = (high[axis] - origin[axis]) * inverse[axis];
-    // Comparisons with not-a-number (a zero direction inside the slab) leave the range as it is.
-    enter = std::max(enter, std::min(t0, t1));
-    leave = std::min(leave, std::max(t0, t1));
-  }
-  return enter <= leave ? enter : 2 * limit;
-}
-
 }  // namespace
 
 HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
@@ -217,41 +203,6 @@ void HullQueries::ComputeDipole(int32_t id, const StopPoll& poll) {
 double HullQueries::SignedDistance(const Vec3d& p) const {
   const double distance = Closest(p).distance;
   return IsInside(p) ? -distance : distance;
-}
-
-double HullQueries::ExitDistance(const Vec3d& origin, const Vec3d& direction,
-                                 double min_length) const {
-  if (nodes_.empty()) return -1;
-  constexpr double kFar = 1e300;
-  const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
-  std::array<int32_t, kHullStackSize> stack;
-  int size = 1;
-  stack[0] = 0;
-  double best = kFar;
-  while (size > 0) {
-    const int32_t id = stack[static_cast<size_t>(--size)];
-    const Node& node = nodes_[static_cast<size_t>(id)];
-    if (EntryDistance(origin, inverse, node.low, node.high, best) > best) continue;
-    if (node.right >= 0) {
-      stack[static_cast<size_t>(size++)] = node.right;
-      stack[static_cast<size_t>(size++)] = id + 1;
-      continue;
-    }
-    for (int32_t i = node.begin; i < node.end; ++i) {
-      const Triangle& t = triangles_[static_cast<size_t>(i)];
-      const Vec3d area = DoubleAreaVector(t.a, t.b, t.c);
-      const double facing = Dot(area, direction);
-      if (!(facing > 0)) continue;
-      const double length = Dot(area, t.a - origin) / facing;
-      if (length < min_length || length >= best) continue;
-      const Vec3d q = origin + direction * length;
-      if (Dot(area, Cross(t.b - t.a, q - t.a)) >= 0 && Dot(area, Cross(t.c - t.b, q - t.b)) >= 0 &&
-          Dot(area, Cross(t.a - t.c, q - t.c)) >= 0) {
-        best = length;
-      }
-    }
-  }
-  return best < kFar ? best : -1;
 }
 
 }  // namespace amhex

@@ -48,7 +48,9 @@ class HullQueries {
   // Length of the ray from `origin` along the unit vector `direction` until it first meets a
   // triangle seen from behind (whose normal does not oppose the ray), at least `min_length` away;
   // a negative number if it meets none. From a point inside, that is where it leaves the hull.
-  double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length) const;
+  double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length) const {
+    return view_.ExitDistance(origin, direction, min_length);
+  }
 
   // The same queries where bodies run; must not outlive this.
   const HullView& view() const { return view_; }

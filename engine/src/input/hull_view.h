@@ -106,6 +106,28 @@ struct HullView {
 
   AMHEX_HD bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
 
+  AMHEX_HD double ExitDistance(const Vec3d& origin, const Vec3d& direction,
+                               double min_length) const {
+    if (nodes.empty()) return -1;
+    constexpr double kFar = 1e300;
+    const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
+    int32_t stack[kHullStackSize];
+    int size = 1;
+    stack[0] = 0;
+    double best = kFar;
+    while (size > 0) {
+      const int32_t id = stack[--size];
+      const HullNode& node = nodes.data[id];
+      if (EntryDistance(node, origin, inverse, best) > best) continue;
+      if (PushChildren(node, id, stack, size)) continue;
+      for (int32_t i = node.begin; i < node.end; ++i) {
+        const double length = LengthToBack(triangles.data[i], origin, direction);
+        if (length >= min_length && length < best) best = length;
+      }
+    }
+    return best < kFar ? best : -1;
+  }
+
  private:
   struct Nearest {
     Vec3d point;
@@ -130,6 +152,35 @@ struct HullView {
     const double y = Larger(Larger(node.low.y - p.y, 0.0), p.y - node.high.y);
     const double z = Larger(Larger(node.low.z - p.z, 0.0), p.z - node.high.z);
     return x * x + y * y + z * z;
+  }
+
+  // Where the ray enters the node's box, or a value above `limit` if it misses it.
+  AMHEX_HD static double EntryDistance(const HullNode& node, const Vec3d& origin,
+                                       const Vec3d& inverse, double limit) {
+    double enter = 0, leave = limit;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double t0 = (node.low[axis] - origin[axis]) * inverse[axis];
+      const double t1 = (node.high[axis] - origin[axis]) * inverse[axis];
+      const double first = t1 < t0 ? t1 : t0, last = t0 < t1 ? t1 : t0;
+      // Comparisons with not-a-number (a zero direction inside the slab) leave the range as it is.
+      if (enter < first) enter = first;
+      if (last < leave) leave = last;
+    }
+    return enter <= leave ? enter : 2 * limit;
+  }
+
+  // Along the ray to a triangle that it meets from behind; negative if it does not.
+  AMHEX_HD static double LengthToBack(const HullTriangle& t, const Vec3d& origin,
+                                      const Vec3d& direction) {
+    const Vec3d area = DoubleAreaVector(t.a, t.b, t.c);
+    const double facing = Dot(area, direction);
+    if (!(facing > 0)) return -1;
+    const double length = Dot(area, t.a - origin) / facing;
+    const Vec3d q = origin + direction * length;
+    const bool is_met = Dot(area, Cross(t.b - t.a, q - t.a)) >= 0 &&
+                        Dot(area, Cross(t.c - t.b, q - t.b)) >= 0 &&
+                        Dot(area, Cross(t.a - t.c, q - t.c)) >= 0;
+    return is_met ? length : -1;
   }
 
   AMHEX_HD void Search(const Vec3d& p, Nearest& best) const {

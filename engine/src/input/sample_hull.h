@@ -17,9 +17,8 @@ namespace amhex {
 //   |k1 - k2| / (|k1| + |k2|)  *  s / (s + 0.05),   s = |k1| + |k2| (per edge length):
 // how much the two curvatures differ, faded out where the surface is flat within a cell.
 //
-// Same hull, same samples; the sharp angle of `params` is in the hull's sharp edges already.
-// CANCELLED or DEADLINE_EXCEEDED if the run is stopped.
-absl::StatusOr<HullSamples> SampleHull(const Hull& hull, const InputParams& params,
-                                       RunContext& run);
+// Same hull, same samples, wherever they are computed. CANCELLED or DEADLINE_EXCEEDED if the run is
+// stopped, RESOURCE_EXHAUSTED if there are more than 2^31 candidates, and the errors of a device.
+absl::StatusOr<HullSamples> SampleHull(const Hull& hull, Backend backend, RunContext& run);
 
 }  // namespace amhex

@@ -41,6 +41,17 @@ struct EdgeNetworkView {
     return place < first[a + 1] && neighbours[place] == b;
   }
 
+  // Calls visit(vertex, later) for the neighbours of `a` that are larger, ascending; `later` are
+  // those that follow.
+  template <class Visit>
+  AMHEX_HD void ForEachLargerNeighbour(int32_t a, const Visit& visit) const {
+    const int32_t end = first[a + 1];
+    for (int32_t i = PlaceOf(a, a); i < end; ++i) {
+      const int64_t later_count = end - i - 1;
+      visit(neighbours[i], ArrayView<const int32_t>{neighbours.data + i + 1, later_count});
+    }
+  }
+
   // Calls visit(vertex) for the neighbours of both, ascending.
   template <class Visit>
   AMHEX_HD void ForEachCommonNeighbour(int32_t a, int32_t b, const Visit& visit) const {

@@ -29,14 +29,11 @@ struct TriangleSearch {
   template <class Visit>
   AMHEX_HD void VisitItems(int64_t vertex, const Visit& visit) const {
     const auto a = static_cast<int32_t>(vertex);
-    const ArrayView<const int32_t> around = network.NeighboursOf(a);
-    for (int64_t i = 0; i < around.size; ++i) {
-      const int32_t b = around[i];
-      if (b < a) continue;
+    network.ForEachLargerNeighbour(a, [&](int32_t b, ArrayView<const int32_t>) {
       network.ForEachCommonNeighbour(a, b, [&](int32_t c) {
         if (c > b) visit(CellFace{3, {a, b, c, -1}});
       });
-    }
+    });
   }
 };
 
@@ -48,18 +45,15 @@ struct QuadSearch {
   template <class Visit>
   AMHEX_HD void VisitItems(int64_t vertex, const Visit& visit) const {
     const auto a = static_cast<int32_t>(vertex);
-    const ArrayView<const int32_t> around = network.NeighboursOf(a);
-    for (int64_t i = 0; i < around.size; ++i) {
-      const int32_t b = around[i];
-      if (b < a) continue;
-      for (int64_t j = i + 1; j < around.size; ++j) {
-        const int32_t d = around[j];
+    network.ForEachLargerNeighbour(a, [&](int32_t b, ArrayView<const int32_t> later) {
+      for (int64_t j = 0; j < later.size; ++j) {
+        const int32_t d = later[j];
         if (network.AreConnected(b, d)) continue;
         network.ForEachCommonNeighbour(b, d, [&](int32_t c) {
           if (c > a && !network.AreConnected(a, c)) visit(CellFace{4, {a, b, c, d}});
         });
       }
-    }
+    });
   }
 };
 
@@ -71,14 +65,11 @@ struct PentaLoopSearch {
   template <class Visit>
   AMHEX_HD void VisitItems(int64_t vertex, const Visit& visit) const {
     const auto a = static_cast<int32_t>(vertex);
-    const ArrayView<const int32_t> around = network.NeighboursOf(a);
-    for (int64_t i = 0; i < around.size; ++i) {
-      if (around[i] < a) continue;
-      for (int64_t j = i + 1; j < around.size; ++j) {
-        if (network.AreConnected(around[i], around[j])) continue;
-        Complete({around[i], a, around[j]}, visit);
+    network.ForEachLargerNeighbour(a, [&](int32_t b, ArrayView<const int32_t> later) {
+      for (int64_t j = 0; j < later.size; ++j) {
+        if (!network.AreConnected(b, later[j])) Complete({b, a, later[j]}, visit);
       }
-    }
+    });
   }
 
  private:

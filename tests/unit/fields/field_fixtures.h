@@ -63,8 +63,8 @@ struct SolvedFields {
     grid = *std::move(built);
     auto oriented = SolveOrientationField(grid, {}, {}, slice);
     if (!oriented.ok()) return;
-    frames = *std::move(oriented);
-    codes = MatchNeighbours(grid.fine(), frames, run);
+    frames = std::move(oriented->frames);
+    codes = std::move(oriented->codes);
     auto sized = SolveSizeField(grid, frames, codes, {}, slice);
     if (!sized.ok()) return;
     sizes = *std::move(sized);

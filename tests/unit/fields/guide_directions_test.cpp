@@ -23,13 +23,13 @@ std::vector<double> CosinesNear(const Guidance& guidance, const Vec3d& direction
   RunContext run;
   auto grid = BuildBackgroundGrid(hull, 1.0 / kNodesPerEdge, ProgressSlice(run, 0, 0.5));
   EXPECT_TRUE(grid.ok());
-  const auto frames = SolveOrientationField(*grid, {}, {}, ProgressSlice(run, 0.5, 1));
-  EXPECT_TRUE(frames.ok());
+  const auto field = SolveOrientationField(*grid, {}, {}, ProgressSlice(run, 0.5, 1));
+  EXPECT_TRUE(field.ok());
   std::vector<double> cosines;
   for (int64_t i = 0; i < grid->count(); ++i) {
     const Vec3d p = grid->Position(i);
     if (distance(p) > 0.7 || Norm(p) > 4) continue;
-    cosines.push_back(FindNearestAxis(ToFrame((*frames)[i]), direction).cosine);
+    cosines.push_back(FindNearestAxis(ToFrame(field->frames[i]), direction).cosine);
   }
   return cosines;
 }

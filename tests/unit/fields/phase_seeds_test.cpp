@@ -6,8 +6,11 @@
 #include <complex>
 #include <numbers>
 
+#include "exec/cpu_executor.h"
 #include "fields/face_links.h"
+#include "fields/node_links.h"
 #include "fields/phase_field.h"
+#include "fields/phase_seeds_impl.h"
 #include "fixtures/solids.h"
 #include "unit/fields/field_fixtures.h"
 
@@ -18,9 +21,30 @@ std::complex<double> PhaseOf(const std::vector<float>& x, int64_t u) {
   return {x[2 * u], x[2 * u + 1]};
 }
 
+// The matrix' turns without any hull.
+class TurnedEdges {
+ public:
+  explicit TurnedEdges(const SolvedFields& fields)
+      : links_(fields.grid.fine(), fields.codes, fields.run), turns_(18 * fields.grid.count()) {
+    for (int64_t k = 0; k < 9 * fields.grid.count(); ++k) {
+      const double increments = fields.form.increments[k / 9][k / 3 % 3][static_cast<int>(k % 3)];
+      const std::complex<double> turn = std::polar(1.0, 2 * std::numbers::pi * increments);
+      turns_[2 * k] = static_cast<float>(turn.real());
+      turns_[2 * k + 1] = static_cast<float>(turn.imag());
+    }
+  }
+  PhaseOperator Matrix() const {
+    return {links_.View(), {turns_.data(), static_cast<int64_t>(turns_.size())}, {}, {}, 0};
+  }
+
+ private:
+  OwnedLinks links_;
+  std::vector<float> turns_;
+};
+
 TEST(PhaseSeeds, OfNoNodesAreNone) {
   std::vector<float> x;
-  SeedWeakPhases(GridLevel{}, {}, LatticeForm{}, &x);
+  SeedWeakPhases(PhaseOperator{}, {}, &x);
   EXPECT_TRUE(x.empty());
 }
 
@@ -33,7 +57,8 @@ TEST(PhaseSeeds, AdvanceByTheFormAlongEveryEdgeFromTheOneKnownPhase) {
   x[0] = static_cast<float>(known.real());
   x[1] = static_cast<float>(known.imag());
   x[2] = static_cast<float>(kWeakPhase / 2);  // noise: not kept
-  SeedWeakPhases(fields.grid.fine(), fields.codes, fields.form, &x);
+  const TurnedEdges edges(fields);
+  SeedWeakPhases(edges.Matrix(), {}, &x);
   EXPECT_LT(std::abs(PhaseOf(x, 0) - known), 1e-6);
   x[0] /= 0.3F, x[1] /= 0.3F;
   for (int64_t i = 0; i < count; ++i) {
@@ -50,6 +75,24 @@ TEST(PhaseSeeds, AdvanceByTheFormAlongEveryEdgeFromTheOneKnownPhase) {
         EXPECT_LT(std::abs(here * std::polar(1.0, turn) - there), 0.01);
       }
     }
+  }
+}
+
+// Strong phases here and there, parts of the grid that none reaches, and none at all.
+TEST(PhaseSeeds, AreTheSameWhenAllNumbersLookForTheirNeighboursAtOnce) {
+  SolvedFields fields(fixtures::MakeTorus(3, 1.2, 0.5));
+  ASSERT_TRUE(fields.ok);
+  const TurnedEdges edges(fields);
+  const int64_t count = 3 * fields.grid.count();
+  for (const int64_t strong_each : {count + 1, int64_t{997}, int64_t{31}}) {
+    std::vector<float> x(2 * count, 0.0F);
+    for (int64_t u = strong_each - 1; u < count; u += strong_each) x[2 * u + u % 2] = 0.5F;
+    std::vector<float> expected = x;
+    SeedWeakPhases(edges.Matrix(), {}, &expected);
+    CpuExecutor executor;
+    PhaseSeeds<CpuExecutor>(executor, edges.Matrix(), {x.data(), 2 * count}).Run();
+    EXPECT_EQ(x, expected);
+    for (int64_t u = 0; u < count; ++u) EXPECT_GT(std::abs(PhaseOf(x, u)), 0.4);
   }
 }
 

@@ -70,7 +70,7 @@ TEST(FacePairs, AreAllThatScoreWellAmongCubesOfAnyOrientation) {
     sites.position[i] += Vec3d{s, c, s * c} * 0.3;
   }
   const Cubes cubes = MaterializeCubes(sites);
-  const auto pairs = CollectFacePairs(cubes, {}, RunContext());
+  const auto pairs = CollectFacePairs(FaceSearch(cubes, {}).view(), RunContext());
   ASSERT_TRUE(pairs.ok());
   std::set<std::tuple<double, int, int>> found, expected;
   for (const FacePair& pair : *pairs) {
@@ -97,9 +97,11 @@ TEST(FacePairs, AreAllThatScoreWellAmongCubesOfAnyOrientation) {
 
 TEST(MergeSets, TwoByTwoByTwoCubesShareOneCentreVertexAndTotalTwentySeven) {
   const Cubes cubes = MaterializeCubes(GridSites(2));
-  MergeSets sets(cubes);
+  const MergeSets own(cubes);
+  const MergeView& sets = own.view();
   int merged = 0;
-  const absl::StatusOr<std::vector<FacePair>> pairs = CollectFacePairs(cubes, {}, RunContext());
+  const absl::StatusOr<std::vector<FacePair>> pairs =
+      CollectFacePairs(FaceSearch(cubes, {}).view(), RunContext());
   ASSERT_TRUE(pairs.ok());
   for (const FacePair& pair : *pairs) {
     if (pair.score > 1e-9) break;
@@ -119,7 +121,8 @@ TEST(MergeSets, TwoByTwoByTwoCubesShareOneCentreVertexAndTotalTwentySeven) {
 
 TEST(MergeSets, NeverCollapseADiagonal) {
   const Cubes cubes = MaterializeCubes(GridSites(2));
-  MergeSets sets(cubes);
+  const MergeSets own(cubes);
+  const MergeView& sets = own.view();
   sets.Merge(CornersToMerge(PairOf(cubes, 0, 1, 1, 0)));
   // Corner 1 of cube 0 is corner 0 of cube 1; joining it with corner 7 of cube 1 would collapse
   // a diagonal of cube 1.
@@ -129,7 +132,8 @@ TEST(MergeSets, NeverCollapseADiagonal) {
 
 TEST(MergeSets, CollapseEdgesOnlyWhenAllowed) {
   const Cubes cubes = MaterializeCubes(GridSites(1));
-  const MergeSets sets(cubes);
+  const MergeSets own(cubes);
+  const MergeView& sets = own.view();
   const CornerPairs edge = {{{0, 1}, {2, 2}, {3, 3}, {4, 4}}};
   EXPECT_FALSE(sets.CanMerge(edge, Collapse::kForbidden));
   EXPECT_TRUE(sets.CanMerge(edge, Collapse::kEdgesOnly));

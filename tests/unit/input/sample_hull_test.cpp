@@ -23,7 +23,7 @@ Hull BuildWith(const TriangleMesh& mesh, int64_t cell_count) {
 
 HullSamples Sample(const Hull& hull) {
   RunContext run;
-  auto samples = SampleHull(hull, InputParams{}, run);
+  auto samples = SampleHull(hull, Backend::kCpu, run);
   EXPECT_TRUE(samples.ok()) << samples.status();
   return samples.ok() ? *std::move(samples) : HullSamples{};
 }

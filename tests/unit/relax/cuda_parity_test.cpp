@@ -18,8 +18,8 @@
 #include "fields/field_sites.h"
 #include "fields/orientation_field.h"
 #include "fixtures/solids.h"
-#include "geometry/face_matching.h"
 #include "geometry/hull_faces.h"
+#include "geometry/match_and_merge.h"
 #include "input/ask_hull.h"
 #include "input/site_grid.h"
 #include "optimize/hull_features.h"
@@ -181,11 +181,13 @@ TEST(CudaParityOfFields, GivesTheSameFramesAsTheCpuAfterAnOddNumberOfSweeps) {
   const auto cuda = fields::SolveOrientationField(*grid, SamplesOf(hull), settings, slice);
   ASSERT_TRUE(cpu.ok()) << cpu.status();
   ASSERT_TRUE(cuda.ok()) << cuda.status();
-  ASSERT_EQ(cpu->size(), cuda->size());
-  for (size_t i = 0; i < cpu->size(); ++i) {
-    const Quaternion &a = (*cpu)[i], &b = (*cuda)[i];
+  ASSERT_EQ(cpu->frames.size(), cuda->frames.size());
+  for (size_t i = 0; i < cpu->frames.size(); ++i) {
+    const Quaternion &a = cpu->frames[i], &b = cuda->frames[i];
     ASSERT_TRUE(a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z) << "node " << i;
   }
+  EXPECT_EQ(cpu->codes, cuda->codes);
+  EXPECT_GT(std::set(cpu->codes.begin(), cpu->codes.end()).size(), 3U);
 }
 
 // A shaken lattice of turned cubes of all sizes, many of them linked as they lie.
@@ -208,24 +210,24 @@ Sites ShakenSites(int side) {
   return sites;
 }
 
-TEST(CudaParityOfMatching, FindsTheSamePairsAsTheCpu) {
+TEST(CudaParityOfMatching, MergesTheSameFacesAsTheCpu) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
-  const Sites sites = ShakenSites(9);
-  const Cubes cubes = MaterializeCubes(sites);
-  const auto found = [&](DeviceUse* where) {
-    const auto pairs = CollectFacePairs(cubes, sites.links, RunContext(), where);
-    EXPECT_TRUE(pairs.ok()) << pairs.status();
-    std::vector<std::tuple<double, int, int, int, int, int>> plain;
-    for (const FacePair& pair : *pairs) {
-      plain.emplace_back(pair.score, pair.cube_a, pair.cube_b, pair.direction_a, pair.direction_b,
-                         pair.rotation);
+  for (const int side : {1, 2, 9}) {
+    const Sites sites = ShakenSites(side);
+    const Cubes cubes = MaterializeCubes(sites);
+    RunContext run;
+    const auto here = MergeCubes(cubes, sites.links, run);
+    const auto there = MergeCubes(cubes, sites.links, run, &*device);
+    ASSERT_TRUE(here.ok()) << here.status();
+    ASSERT_TRUE(there.ok()) << there.status();
+    if (side > 1) {
+      EXPECT_LT(here->vertices.size(), 6 * sites.position.size());
     }
-    return plain;
-  };
-  const auto there = found(&*device);
-  EXPECT_GT(there.size(), sites.position.size());
-  EXPECT_TRUE(found(nullptr) == there);
+    EXPECT_EQ(here->vertices, there->vertices);
+    EXPECT_EQ(here->corners, there->corners);
+    EXPECT_EQ(here->matches, there->matches);
+  }
 }
 
 // Cubes that fill a box, all but turned away from each other, and a few that are merged.
@@ -258,9 +260,10 @@ TEST(CudaParityOfMatching, LabelsTheSameHullFacesAsTheCpu) {
 TEST(CudaParityOfMatching, FindsNothingAmongNoCubes) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
-  const auto pairs = CollectFacePairs(Cubes(), {}, RunContext(), &*device);
-  ASSERT_TRUE(pairs.ok()) << pairs.status();
-  EXPECT_TRUE(pairs->empty());
+  RunContext run;
+  const auto merged = MergeCubes(Cubes(), {}, run, &*device);
+  ASSERT_TRUE(merged.ok()) << merged.status();
+  EXPECT_TRUE(merged->vertices.empty());
 }
 
 // Vertices of all kinds, inside and on faces, edges and corners of a box, raised towards the
