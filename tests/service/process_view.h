@@ -14,6 +14,20 @@ std::vector<pid_t> ChildrenOf(pid_t parent);
 // What each open descriptor stands for, e.g. "socket:[123]" or a path, in no order.
 std::vector<std::string> DescriptorsOf(pid_t pid);
 
+// The address sanitizer keeps that much of what is freed, to notice its use.
+#if defined(__SANITIZE_ADDRESS__)
+#define AMHEX_HAS_QUARANTINE 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define AMHEX_HAS_QUARANTINE 1
+#endif
+#endif
+#if defined(AMHEX_HAS_QUARANTINE)
+inline constexpr int64_t kQuarantineBytes = 256 << 20;
+#else
+inline constexpr int64_t kQuarantineBytes = 0;
+#endif
+
 // In kB: resident memory now ("VmRSS:") or at its most ("VmHWM:").
 int64_t MemoryOf(pid_t pid, const std::string& which = "VmRSS:");
 

@@ -13,6 +13,7 @@
 #include "daemon_fixture.h"
 #include "error_reason.h"
 #include "job.h"
+#include "process_view.h"
 #include "sha256.h"
 
 namespace amhex::server {
@@ -26,20 +27,6 @@ using amhex::v1::WriteBlobResponse;
 constexpr size_t kChunkBytes = 1 << 20;
 // More than the server takes at a time, and no whole number of chunks.
 constexpr size_t kBlobBytes = 20 * kChunkBytes + 12345;
-
-// The address sanitizer keeps that much of what is freed, to notice its use.
-#if defined(__SANITIZE_ADDRESS__)
-#define AMHEX_HAS_QUARANTINE 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define AMHEX_HAS_QUARANTINE 1
-#endif
-#endif
-#if defined(AMHEX_HAS_QUARANTINE)
-constexpr int64_t kQuarantineBytes = 256 << 20;
-#else
-constexpr int64_t kQuarantineBytes = 0;
-#endif
 
 // What many downloads at once may add, whatever their sizes: per client two chunks that are read
 // and sent, and what HTTP/2 lets be under way; per thread that reads chunks (kBlockingThreads of
