@@ -3,29 +3,16 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 
 #include "base/array_view.h"
+#include "optimize/cell_energy.h"
 #include "optimize/cell_measures.h"
+#include "optimize/corner_model.h"
 #include "optimize/placement_view.h"
 
 namespace amhex {
-
-enum class EnergyKind : uint8_t {
-  kCorners,  // the sum of every corner's penalty
-  kMinima,   // per cell the 8-norm of its corners' deficits 1 - s: a smooth upper bound of the
-             // deficit of its minimum, so that the sum follows the average of the minima
-};
-
-// Penalty of a scaled Jacobian s: (1 - s)^2 draws every corner towards 1;
-// exp(steepness * (knee - s)) makes those below the knee dominate.
-struct CornerPenalty {
-  double knee = 0.25;
-  double steepness = 15;
-  EnergyKind kind = EnergyKind::kCorners;  // kMinima looks at neither number
-};
 
 struct LocalScore {
   double minimum = 1;  // least scaled Jacobian of all incident cells
@@ -36,16 +23,23 @@ struct LocalScore {
 // Whether cells that the survey says are near folding add to the energy.
 enum class FoldWatch : uint8_t { kNone, kSurvey };
 
-// One of the cells.
+// One of the cells, with room for as many edges as it has at a vertex: together there is room for
+// all distinct edges at the vertex.
 struct LocalCell {
-  const CellPattern* pattern;
+  static constexpr int kMostEdges = 4;  // of one cell at a vertex, an apex of a pyramid
+  int32_t cell;
   uint8_t moving_slots;  // bit s: slot s is the vertex
-  uint8_t first_slot;    // the lowest of them
   bool is_near_folding;
   double fixed_minimum;   // over the corners that the vertex does not move
   double fixed_deficits;  // sum of their deficits' powers
-  CellPositions positions;
-  std::array<Vec3d, 12> directions;  // of the edges, unit
+  // The corners at the far ends: their scaled Jacobians are normal * direction.
+  int far_corner_count;
+  std::array<int32_t, kMostEdges> far_edge;
+  std::array<Vec3d, kMostEdges> far_normal;
+  // The corner at the vertex; none where the sign is 0.
+  double own_sign;
+  std::array<int32_t, 3> own_edge;
+  std::array<MovingEdge, kMostEdges> edges;
 };
 
 class LocalCells {
@@ -63,60 +57,42 @@ class LocalCells {
   AMHEX_HD LocalScore Score();
   // Least FoldMargin of the incident cells: where it and the minimum are positive, all are valid.
   AMHEX_HD double WorstFoldMargin() const;
-  // Gradient of the energy, which is `energy_here`, by forward differences along `axis_count` unit
-  // axes.
-  AMHEX_HD Vec3d EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count,
-                                double energy_here);
+  // The energy around the position last scored. What curves it beyond the corners' own deficits is
+  // left out where it would make it fall, so that -hessian^-1 gradient always leads downhill.
+  AMHEX_HD EnergyModel Model() const;
 
  private:
-  AMHEX_HD void SetCell(const PlacementView& placement, int32_t vertex, int32_t c, LocalCell& cell);
-  AMHEX_HD static void UpdateEdge(int e, LocalCell& cell);
-  AMHEX_HD static double CornerJacobian(int i, const LocalCell& cell);
+  AMHEX_HD void SetCell(int32_t vertex, LocalCell& cell);
+  AMHEX_HD int32_t EdgeTo(int32_t far_vertex);
+  AMHEX_HD MovingEdge& EdgeAt(int32_t e) const {
+    return cells_.data[e / LocalCell::kMostEdges].edges[e % LocalCell::kMostEdges];
+  }
+  AMHEX_HD void RenewEdges();
+  // The corners that the vertex moves: those at far ends, then its own.
+  AMHEX_HD static int CornerCount(const LocalCell& cell) {
+    return cell.far_corner_count + (cell.own_sign != 0 ? 1 : 0);
+  }
+  AMHEX_HD double JacobianOf(const LocalCell& cell, int corner) const {
+    if (corner < cell.far_corner_count) {
+      return Dot(cell.far_normal[corner], EdgeAt(cell.far_edge[corner]).direction);
+    }
+    return cell.own_sign * Determinant(EdgeAt(cell.own_edge[0]).direction,
+                                       EdgeAt(cell.own_edge[1]).direction,
+                                       EdgeAt(cell.own_edge[2]).direction);
+  }
+  AMHEX_HD CornerModel ModelOf(const LocalCell& cell, int corner) const;
+  AMHEX_HD CellPositions PositionsOf(const LocalCell& cell, const Vec3d& position) const;
+  AMHEX_HD double MarginAt(const LocalCell& cell, const Vec3d& position) const;
+  AMHEX_HD void AddMinimum(const LocalCell& cell, EnergyModel& model) const;
+  AMHEX_HD void AddFold(const LocalCell& cell, EnergyModel& model) const;
   AMHEX_HD double MeanEdgeLength() const;
 
+  const PlacementView& placement_;
   CornerPenalty penalty_;
   Vec3d position_;
   ArrayView<LocalCell> cells_;
+  int32_t edge_count_ = 0;
 };
-
-// exp(x) for |x| < 700 to about 1e-6, of the same bits on every machine: libm's own depends on the
-// processor. 2^k times a Taylor polynomial on [-ln 2 / 2, ln 2 / 2].
-AMHEX_HD inline double SteadyExp(double x) {
-  constexpr double kLog2E = 1.4426950408889634, kLn2 = 0.6931471805599453;
-  const int64_t k = static_cast<int64_t>(x * kLog2E + (x >= 0 ? 0.5 : -0.5));
-  const double r = x - static_cast<double>(k) * kLn2;
-  const double series =
-      1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r / 720)))));
-  return series * std::bit_cast<double>((k + 1023) << 52);
-}
-
-AMHEX_HD inline double CornerEnergy(double s, const CornerPenalty& penalty) {
-  // Exponents below this are not worth evaluating.
-  constexpr double kNegligibleExponent = -6.0;
-  constexpr double kMaxExponent = 30.0;
-  const double deficit = 1 - s;
-  const double exponent = penalty.steepness * (penalty.knee - s);
-  if (!(exponent >= kNegligibleExponent)) return deficit * deficit;
-  return deficit * deficit + SteadyExp(Smaller(exponent, kMaxExponent));
-}
-
-// The 8-norm of deficits from the sum of their eighth powers. Square roots are exact to the bit on
-// every processor.
-AMHEX_HD inline double EighthPower(double deficit) {
-  const double square = deficit * deficit;
-  return square * square * (square * square);
-}
-AMHEX_HD inline double EighthRoot(double sum) { return std::sqrt(std::sqrt(std::sqrt(sum))); }
-
-// Cells with a smaller fold margin (a cube has 0.5, a regular tetrahedron 0.18) are watched, with a
-// penalty that grows by a factor of e for every scale that the margin falls.
-inline constexpr double kNearFolding = 0.04;
-AMHEX_HD inline double FoldEnergy(double margin) {
-  constexpr double kFoldScale = 0.008;
-  constexpr double kFoldWeight = 3.0;
-  constexpr double kMaxFoldExponent = 12.0;
-  return kFoldWeight * SteadyExp(Smaller(-margin / kFoldScale, kMaxFoldExponent)) - margin;
-}
 
 // Brings the survey of one cell up to date.
 AMHEX_HD inline void SurveyCell(const PlacementView& placement, int64_t c) {
@@ -137,73 +113,102 @@ AMHEX_HD inline void SurveyCell(const PlacementView& placement, int64_t c) {
 AMHEX_HD inline LocalCells::LocalCells(const PlacementView& placement, int32_t vertex,
                                        const CornerPenalty& penalty, FoldWatch watch,
                                        LocalCell* room)
-    : penalty_(penalty), position_(placement.vertices[vertex]) {
+    : placement_(placement), penalty_(penalty), position_(placement.vertices[vertex]) {
   const ArrayView<const int32_t> row = placement.cells_at[vertex];
   cells_ = {room, row.size};
   for (int64_t k = 0; k < row.size; ++k) {
-    SetCell(placement, vertex, row[k], cells_[k]);
+    cells_[k].cell = row[k];
     cells_[k].is_near_folding = watch == FoldWatch::kSurvey && placement.near_folding[row[k]] != 0;
+    SetCell(vertex, cells_[k]);
   }
 }
 
-AMHEX_HD inline void LocalCells::SetCell(const PlacementView& placement, int32_t vertex, int32_t c,
-                                         LocalCell& cell) {
-  cell.pattern = &placement.PatternOf(c);
-  unsigned moving = 0;
-  for (int slot = 0; slot < 8; ++slot) {
-    const int32_t v = placement.cells[c][slot];
-    cell.positions[slot] = placement.vertices[v];
-    moving |= static_cast<unsigned>(v == vertex) << slot;
+// The edge's number, a new one if it is seen for the first time.
+AMHEX_HD inline int32_t LocalCells::EdgeTo(int32_t far_vertex) {
+  for (int32_t e = 0; e < edge_count_; ++e) {
+    if (EdgeAt(e).far_vertex == far_vertex) return e;
   }
+  MovingEdge& edge = EdgeAt(edge_count_);
+  edge.far_vertex = far_vertex;
+  edge.far_end = placement_.vertices[far_vertex];
+  return edge_count_++;
+}
+
+AMHEX_HD inline void LocalCells::SetCell(int32_t vertex, LocalCell& cell) {
+  const CellPattern& pattern = placement_.PatternOf(cell.cell);
+  const CellCorners& corners = placement_.cells[cell.cell];
+  unsigned moving = 0;
+  CellPositions positions;
+  for (int slot = 0; slot < 8; ++slot) {
+    positions[slot] = placement_.vertices[corners[slot]];
+    moving |= static_cast<unsigned>(corners[slot] == vertex) << slot;
+  }
+  const int first_slot = LowestBit(moving);
   cell.moving_slots = static_cast<uint8_t>(moving);
-  cell.first_slot = static_cast<uint8_t>(LowestBit(moving));
-  for (int e = 0; e < cell.pattern->edge_count; ++e) UpdateEdge(e, cell);
+  const unsigned moving_edges = pattern.edges_at[first_slot];
+  std::array<Vec3d, 12> direction;      // of the edges that stay
+  std::array<int32_t, 12> moving_edge;  // of the others, the number
+  std::array<double, 12> moving_sign;   // and -1 where they are stored towards the vertex
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    const auto& slots = pattern.edge_slots[e];
+    if ((moving_edges >> e & 1) == 0) {
+      direction[e] = Normalized(positions[slots[1]] - positions[slots[0]]);
+      continue;
+    }
+    const bool leads_away = (moving >> slots[0] & 1) != 0;
+    moving_edge[e] = EdgeTo(corners[slots[leads_away ? 1 : 0]]);
+    moving_sign[e] = leads_away ? 1 : -1;
+  }
   cell.fixed_minimum = 1;
   cell.fixed_deficits = 0;
-  const unsigned moved_corners = cell.pattern->corners_at[cell.first_slot];
-  for (int i = 0; i < cell.pattern->corner_count; ++i) {
-    if (moved_corners >> i & 1) continue;
-    const double jacobian = CornerJacobian(i, cell);
-    cell.fixed_minimum = jacobian < cell.fixed_minimum ? jacobian : cell.fixed_minimum;
-    cell.fixed_deficits += EighthPower(1 - jacobian);
+  cell.far_corner_count = 0;
+  cell.own_sign = 0;
+  const unsigned moved_corners = pattern.corners_at[first_slot];
+  for (int i = 0; i < pattern.corner_count; ++i) {
+    const CellPattern::Corner& corner = pattern.corner[i];
+    const int a = corner.edge[0], b = corner.edge[1], c = corner.edge[2];
+    if ((moved_corners >> i & 1) == 0) {
+      const double jacobian = corner.sign * Determinant(direction[a], direction[b], direction[c]);
+      cell.fixed_minimum = jacobian < cell.fixed_minimum ? jacobian : cell.fixed_minimum;
+      cell.fixed_deficits += EighthPower(1 - jacobian);
+    } else if ((moving >> corner.slot & 1) != 0) {
+      cell.own_sign = corner.sign * moving_sign[a] * moving_sign[b] * moving_sign[c];
+      cell.own_edge = {moving_edge[a], moving_edge[b], moving_edge[c]};
+    } else {
+      // One of its three edges moves.
+      const bool first = (moving_edges >> a & 1) != 0, second = (moving_edges >> b & 1) != 0;
+      const int e = first ? a : (second ? b : c);
+      const Vec3d& next = direction[first ? b : (second ? c : a)];
+      const Vec3d& after = direction[first ? c : (second ? a : b)];
+      cell.far_edge[cell.far_corner_count] = moving_edge[e];
+      cell.far_normal[cell.far_corner_count] = Cross(next, after) * (corner.sign * moving_sign[e]);
+      ++cell.far_corner_count;
+    }
   }
 }
 
-AMHEX_HD inline void LocalCells::UpdateEdge(int e, LocalCell& cell) {
-  const auto& slots = cell.pattern->edge_slots[e];
-  cell.directions[e] = Normalized(cell.positions[slots[1]] - cell.positions[slots[0]]);
-}
+AMHEX_HD inline void LocalCells::MoveTo(const Vec3d& position) { position_ = position; }
 
-AMHEX_HD inline double LocalCells::CornerJacobian(int i, const LocalCell& cell) {
-  const CellPattern::Corner& corner = cell.pattern->corner[i];
-  return corner.sign * Determinant(cell.directions[corner.edge[0]], cell.directions[corner.edge[1]],
-                                   cell.directions[corner.edge[2]]);
-}
-
-AMHEX_HD inline void LocalCells::MoveTo(const Vec3d& position) {
-  position_ = position;
-  for (int64_t k = 0; k < cells_.size; ++k) {
-    LocalCell& cell = cells_[k];
-    for (int slot = cell.first_slot; slot < 8; ++slot) {
-      if (cell.moving_slots >> slot & 1) cell.positions[slot] = position;
-    }
+AMHEX_HD inline void LocalCells::RenewEdges() {
+  for (int32_t e = 0; e < edge_count_; ++e) {
+    MovingEdge& edge = EdgeAt(e);
+    const Vec3d along = edge.far_end - position_;
+    const double length = Norm(along);
+    edge.inverse_length = length > 0 ? 1 / length : 0.0;
+    edge.direction = along * edge.inverse_length;
   }
 }
 
 AMHEX_HD inline LocalScore LocalCells::Score() {
   const bool of_minima = penalty_.kind == EnergyKind::kMinima;
+  RenewEdges();
   LocalScore score;
   for (int64_t k = 0; k < cells_.size; ++k) {
-    LocalCell& cell = cells_[k];
-    const CellPattern& pattern = *cell.pattern;
-    for (unsigned edges = pattern.edges_at[cell.first_slot]; edges != 0; edges &= edges - 1) {
-      UpdateEdge(LowestBit(edges), cell);
-    }
+    const LocalCell& cell = cells_[k];
     double minimum = cell.fixed_minimum;
     double deficits = cell.fixed_deficits;
-    for (unsigned corners = pattern.corners_at[cell.first_slot]; corners != 0;
-         corners &= corners - 1) {
-      const double jacobian = CornerJacobian(LowestBit(corners), cell);
+    for (int i = 0; i < CornerCount(cell); ++i) {
+      const double jacobian = JacobianOf(cell, i);
       // Written so that not-a-number lowers the minimum too.
       if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
       if (of_minima) {
@@ -213,49 +218,103 @@ AMHEX_HD inline LocalScore LocalCells::Score() {
       }
     }
     if (of_minima) score.energy += EighthRoot(deficits);
-    if (cell.is_near_folding) score.energy += FoldEnergy(FoldMargin(pattern, cell.positions));
+    if (cell.is_near_folding) score.energy += FoldEnergy(MarginAt(cell, position_));
     score.minimum = minimum < score.minimum ? minimum : score.minimum;
   }
   return score;
 }
 
+AMHEX_HD inline CellPositions LocalCells::PositionsOf(const LocalCell& cell,
+                                                      const Vec3d& position) const {
+  const CellCorners& corners = placement_.cells[cell.cell];
+  CellPositions positions;
+  for (int slot = 0; slot < 8; ++slot) {
+    positions[slot] =
+        (cell.moving_slots >> slot & 1) != 0 ? position : placement_.vertices[corners[slot]];
+  }
+  return positions;
+}
+
+AMHEX_HD inline double LocalCells::MarginAt(const LocalCell& cell, const Vec3d& position) const {
+  return FoldMargin(placement_.PatternOf(cell.cell), PositionsOf(cell, position));
+}
+
 AMHEX_HD inline double LocalCells::WorstFoldMargin() const {
   double worst = 1;
   for (int64_t k = 0; k < cells_.size; ++k) {
-    const double margin = FoldMargin(*cells_[k].pattern, cells_[k].positions);
+    const double margin = MarginAt(cells_[k], position_);
     worst = margin < worst ? margin : worst;
   }
   return worst;
 }
 
-AMHEX_HD inline Vec3d LocalCells::EnergyGradient(const std::array<Vec3d, 3>& axes, int axis_count,
-                                                 double energy_here) {
-  // Step of the forward differences in mean edge lengths.
-  constexpr double kDifferenceStep = 1e-4;
-  const Vec3d start = position_;
-  const double step = kDifferenceStep * MeanEdgeLength();
-  Vec3d gradient;
-  for (int a = 0; a < axis_count; ++a) {
-    MoveTo(start + axes[a] * step);
-    gradient += axes[a] * ((Score().energy - energy_here) / step);
+AMHEX_HD inline CornerModel LocalCells::ModelOf(const LocalCell& cell, int corner) const {
+  if (corner < cell.far_corner_count) {
+    return CornerModel(cell.far_normal[corner], EdgeAt(cell.far_edge[corner]));
   }
-  MoveTo(start);
-  return gradient;
+  return CornerModel(cell.own_sign, EdgeAt(cell.own_edge[0]), EdgeAt(cell.own_edge[1]),
+                     EdgeAt(cell.own_edge[2]));
 }
 
-// Over the cell edges at the vertex.
-AMHEX_HD inline double LocalCells::MeanEdgeLength() const {
-  double sum = 0;
-  int count = 0;
+// Of f = (sum of the eighth powers of all deficits)^(1/8): with the shares r = deficit / f,
+// df = -r^7 ds, and its second derivative is 7 / f (r^6 on the diagonal less r^7 times r^7).
+AMHEX_HD inline void LocalCells::AddMinimum(const LocalCell& cell, EnergyModel& model) const {
+  constexpr double kPerfect = 1e-6;  // a bound that cannot be lowered further
+  const int corner_count = CornerCount(cell);
+  double deficits = cell.fixed_deficits;
+  for (int i = 0; i < corner_count; ++i) deficits += EighthPower(1 - JacobianOf(cell, i));
+  const double bound = EighthRoot(deficits);
+  if (!(bound > kPerfect)) return;
+  EnergyModel own;
+  for (int i = 0; i < corner_count; ++i) {
+    const double share = (1 - JacobianOf(cell, i)) / bound;
+    const double third = share * share * share, sixth = third * third;
+    ModelOf(cell, i).AddTo(own, -sixth * share, 7 / bound * sixth);
+  }
+  for (int a = 0; a < 3; ++a) {
+    model.hessian[a] += own.hessian[a] - own.gradient * (7 / bound * own.gradient[a]);
+  }
+  model.gradient += own.gradient;
+}
+
+AMHEX_HD inline void LocalCells::AddFold(const LocalCell& cell, EnergyModel& model) const {
+  // Step of the forward differences in mean edge lengths.
+  constexpr double kDifferenceStep = 1e-4;
+  const double step = kDifferenceStep * MeanEdgeLength();
+  const double margin = MarginAt(cell, position_);
+  Vec3d gradient;
+  for (int a = 0; a < 3; ++a) {
+    Vec3d place = position_;
+    place[a] += step;
+    gradient[a] = (MarginAt(cell, place) - margin) / step;
+  }
+  const Slopes slopes = FoldSlopes(margin);
+  model.gradient += gradient * slopes.first;
+  for (int a = 0; a < 3; ++a) model.hessian[a] += gradient * (slopes.second * gradient[a]);
+}
+
+AMHEX_HD inline EnergyModel LocalCells::Model() const {
+  EnergyModel model;
   for (int64_t k = 0; k < cells_.size; ++k) {
     const LocalCell& cell = cells_[k];
-    for (unsigned edges = cell.pattern->edges_at[cell.first_slot]; edges != 0; edges &= edges - 1) {
-      const auto& slots = cell.pattern->edge_slots[LowestBit(edges)];
-      sum += Norm(cell.positions[slots[0]] - cell.positions[slots[1]]);
-      ++count;
+    if (penalty_.kind == EnergyKind::kMinima) {
+      AddMinimum(cell, model);
+    } else {
+      for (int i = 0; i < CornerCount(cell); ++i) {
+        const Slopes slopes = CornerSlopes(JacobianOf(cell, i), penalty_);
+        ModelOf(cell, i).AddTo(model, slopes.first, slopes.second);
+      }
     }
+    if (cell.is_near_folding) AddFold(cell, model);
   }
-  return count > 0 ? sum / count : 0.0;
+  return model;
+}
+
+// Over the edges at the vertex.
+AMHEX_HD inline double LocalCells::MeanEdgeLength() const {
+  double sum = 0;
+  for (int32_t e = 0; e < edge_count_; ++e) sum += Norm(EdgeAt(e).far_end - position_);
+  return edge_count_ > 0 ? sum / edge_count_ : 0.0;
 }
 
 }  // namespace amhex

@@ -69,20 +69,17 @@ class MoveJudge {
 
   // May the vertex stay at the position last tried, which scored `trial`?
   AMHEX_HD bool Permits(const LocalScore& trial, double floor) {
+    if (!(trial.minimum >= Smaller(score_.minimum, floor))) return false;
+    return KeepsToHull() && DoesNotFold();
+  }
+
+ private:
+  AMHEX_HD bool KeepsToHull() {
     // Hull faces whose corner normals agree less with the hull fold over it: a closed conforming
     // mesh can overlap itself there.
     constexpr double kMinNormalAgreement = 0.3;
-    if (!(trial.minimum >= Smaller(score_.minimum, floor))) return false;
-    const Vec3d tried = cells_.position();
-    const double margin = cells_.WorstFoldMargin();
-    if (margin <= 0) {
-      // Cells that fold already may only unfold.
-      cells_.MoveTo(start_);
-      const double margin_before = cells_.WorstFoldMargin();
-      cells_.MoveTo(tried);
-      if (margin <= margin_before) return false;
-    }
     if (placement_.constraints[vertex_].kind == Constraint::kFree) return true;
+    const Vec3d& tried = cells_.position();
     const double agreement = WorstNormalAgreement(placement_, vertex_, tried);
     if (agreement < kMinNormalAgreement &&
         agreement < WorstNormalAgreement(placement_, vertex_, start_)) {
@@ -91,17 +88,30 @@ class MoveJudge {
     return SagIsPermitted(tried);
   }
 
- private:
+  AMHEX_HD bool DoesNotFold() {
+    const double margin = cells_.WorstFoldMargin();
+    if (margin > 0) return true;
+    // Cells that fold already may only unfold.
+    const Vec3d tried = cells_.position();
+    cells_.MoveTo(start_);
+    const double margin_before = cells_.WorstFoldMargin();
+    cells_.MoveTo(tried);
+    return margin > margin_before;
+  }
+
   // True if no hull face at the vertex sags by more than it may, or than it did before.
   AMHEX_HD bool SagIsPermitted(const Vec3d& position) {
     // Hull faces whose middle is nearer to the hull than this many edge lengths may sag freely.
-    constexpr double kFreeSag = 0.12;
+    constexpr double kFreeSag = 0.14;
     const HullView& hull = placement_.features.hull;
     const ArrayView<const int32_t> faces = placement_.hull_faces_at[vertex_];
-    for (int64_t k = 0; k < faces.size; ++k) {
+    for (int64_t i = 0; i < faces.size; ++i) {
+      // The one that refused the last trial most likely refuses this one as well.
+      const int64_t k = (refusing_face_ + i) % faces.size;
       const Vec3d middle = MiddleOfFace(placement_, faces[k], vertex_, position);
-      if (hull.IsWithin(middle, kFreeSag)) continue;
-      if (!hull.IsWithin(middle, SagBefore(k))) return false;
+      if (hull.IsWithin(middle, kFreeSag) || hull.IsWithin(middle, SagBefore(k))) continue;
+      refusing_face_ = k;
+      return false;
     }
     return true;
   }
@@ -124,6 +134,7 @@ class MoveJudge {
   Vec3d start_;
   LocalCells cells_;
   LocalScore score_;
+  int64_t refusing_face_ = 0;  // index in the vertex's hull faces
   std::array<double, kRemembered> sag_before_ = {-1, -1, -1, -1, -1, -1};  // < 0: not known yet
 };
 

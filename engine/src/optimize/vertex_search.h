@@ -47,9 +47,49 @@ AMHEX_HD inline FreeAxes AxesAt(const VertexConstraint& constraint, const Constr
   return {};
 }
 
+// The point of the axes where the model is least, from where it was made; zero if there is none.
+AMHEX_HD inline Vec3d LowestPoint(const EnergyModel& model, const FreeAxes& axes) {
+  // Added to the diagonal, a share of its mean: directions in which nothing curves.
+  constexpr double kRidge = 1e-4;
+  std::array<double, 3> fall{};              // -gradient, then the solution
+  std::array<std::array<double, 3>, 3> m{};  // the Hessian, then its Cholesky factor
+  double trace = 0;
+  for (int a = 0; a < axes.count; ++a) {
+    fall[a] = -Dot(axes.axis[a], model.gradient);
+    const Vec3d row{Dot(axes.axis[a], model.hessian[0]), Dot(axes.axis[a], model.hessian[1]),
+                    Dot(axes.axis[a], model.hessian[2])};
+    for (int b = 0; b <= a; ++b) m[a][b] = Dot(row, axes.axis[b]);
+    trace += m[a][a];
+  }
+  for (int a = 0; a < axes.count; ++a) {
+    m[a][a] += kRidge * trace;
+    for (int b = 0; b <= a; ++b) {
+      double sum = m[a][b];
+      for (int k = 0; k < b; ++k) sum -= m[a][k] * m[b][k];
+      if (a == b) {
+        if (!(sum > 0)) return {};
+        m[a][a] = std::sqrt(sum);
+      } else {
+        m[a][b] = sum / m[b][b];
+      }
+    }
+  }
+  for (int a = 0; a < axes.count; ++a) {
+    for (int k = 0; k < a; ++k) fall[a] -= m[a][k] * fall[k];
+    fall[a] /= m[a][a];
+  }
+  Vec3d point;
+  for (int a = axes.count - 1; a >= 0; --a) {
+    for (int k = a + 1; k < axes.count; ++k) fall[a] -= m[k][a] * fall[k];
+    fall[a] /= m[a][a];
+    point += axes.axis[a] * fall[a];
+  }
+  return point;
+}
+
 inline constexpr float kSmallestStep = 0.002F;
 
-// Line search along the falling energy.
+// Newton steps of the energy, shortened until they are a permitted gain.
 class VertexSearch {
  public:
   // `room` as for LocalCells.
@@ -60,7 +100,7 @@ class VertexSearch {
         v_(v),
         judge_(placement, v, rules.penalty, FoldWatch::kSurvey, room) {}
 
-  // Returns true if the vertex moved.
+  // Returns true if the vertex moved. `step` is how far it may move, remembered between visits.
   AMHEX_HD bool Run(float& step) {
     const VertexConstraint& constraint = placement_.constraints[v_];
     start_ = placement_.vertices[v_];
@@ -70,55 +110,53 @@ class VertexSearch {
     offset_ = start_ - foot_;
     const FreeAxes axes = AxesAt(constraint, at);
     if (axes.count == 0) return false;
-    const Vec3d gradient =
-        judge_.cells().EnergyGradient(axes.axis, axes.count, judge_.score().energy);
-    const double slope = Norm(gradient);
-    if (!(slope > 0) || !std::isfinite(slope)) return false;
-    return Descend(gradient / -slope, step);
+    const EnergyModel model = judge_.cells().Model();
+    const Vec3d move = LowestPoint(model, axes);
+    const double length = Norm(move);
+    if (!(length > 0) || !std::isfinite(length)) return false;
+    // To first order the energy falls by so much; it curves upwards.
+    if (-Dot(move, model.gradient) < WorthwhileGain(judge_.score())) return false;
+    return Descend(move / length, static_cast<float>(length), step);
   }
 
  private:
-  // Halves the step until the move is a permitted gain, then doubles it while that gains more.
-  AMHEX_HD bool Descend(const Vec3d& direction, float& step) {
+  // Halves the step until the move is a permitted gain.
+  AMHEX_HD bool Descend(const Vec3d& direction, float length, float& step) {
     constexpr float kLargestStep = 0.3F;
     constexpr int kMaxHalvings = 4;
+    float tried = length < step ? length : step;
     for (int halving = 0; halving <= kMaxHalvings; ++halving) {
-      LocalScore score;
-      if (Accept(direction, step, judge_.score(), score)) {
-        if (halving == 0 && step < kLargestStep) {
-          LocalScore farther;
-          if (Accept(direction, 2 * step, score, farther)) step *= 2;
-        }
+      if (Accept(direction, tried)) {
+        step = halving == 0 ? Larger(step, Smaller(2 * tried, kLargestStep)) : tried;
         return true;
       }
-      if (step <= kSmallestStep) break;
-      step /= 2;
+      if (tried <= kSmallestStep) break;
+      tried /= 2;
     }
+    step = tried;
     return false;
   }
 
-  AMHEX_HD bool Accept(const Vec3d& direction, float step, const LocalScore& to_beat,
-                       LocalScore& score) {
+  AMHEX_HD bool Accept(const Vec3d& direction, float step) {
     const VertexConstraint& constraint = placement_.constraints[v_];
     Vec3d place = start_ + direction * step;
     if (constraint.kind != Constraint::kFree) {
       place =
           ConstrainFrom(constraint, place - offset_, foot_, placement_.features).point + offset_;
     }
-    score = judge_.Try(place);
-    if (!IsGain(to_beat, score) || !judge_.Permits(score, rules_.floor)) return false;
+    const LocalScore score = judge_.Try(place);
+    const LocalScore& before = judge_.score();
+    if (!(score.energy < before.energy - WorthwhileGain(before))) return false;
+    if (!judge_.Permits(score, rules_.floor)) return false;
     placement_.vertices[v_] = place;
     return true;
   }
 
-  AMHEX_HD bool IsGain(const LocalScore& before, const LocalScore& after) const {
-    // Gains below these are not worth another sweep of the neighbourhood.
-    constexpr double kMinRelativeEnergyGain = 1e-4;
-    constexpr double kMinAverageGain = 1e-4;
-    if (rules_.aim == QualityAim::kMinimum) {
-      return after.energy < before.energy * (1 - kMinRelativeEnergyGain);
-    }
-    return after.energy < before.energy - kMinAverageGain;
+  // Less is not worth another sweep of the neighbourhood.
+  AMHEX_HD double WorthwhileGain(const LocalScore& before) const {
+    constexpr double kRelativeEnergyGain = 1e-4;
+    constexpr double kAverageGain = 5e-5;
+    return rules_.aim == QualityAim::kMinimum ? before.energy * kRelativeEnergyGain : kAverageGain;
   }
 
   const PlacementView& placement_;

@@ -1,0 +1,195 @@
+// Laws of the energy around one vertex, on every cell that a cube can collapse to.
+#include "optimize/local_cells.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "optimize/hull_features.h"
+#include "optimize/placement.h"
+#include "optimize/vertex_search.h"
+#include "support/grid_complex.h"
+#include "support/grid_hull.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridHull;
+using testing_support::GridSize;
+using testing_support::Shake;
+
+constexpr std::array<std::array<int, 2>, 12> kCubeEdges{{{0, 1},
+                                                         {1, 2},
+                                                         {2, 3},
+                                                         {3, 0},
+                                                         {4, 5},
+                                                         {5, 6},
+                                                         {6, 7},
+                                                         {7, 4},
+                                                         {0, 4},
+                                                         {1, 5},
+                                                         {2, 6},
+                                                         {3, 7}}};
+
+// Every way to collapse edges of a cube that leaves a cell of Figure 2, each a cell by itself, its
+// vertices moved at random.
+CellComplex EveryCollapsedCube() {
+  CellComplex all;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shift(-0.12, 0.12);
+  const CellComplex cube = GridComplex({1, 1, 1});
+  for (unsigned edges = 0; edges < 4096; ++edges) {
+    std::array<int, 8> joined;
+    std::iota(joined.begin(), joined.end(), 0);
+    for (int round = 0; round < 8; ++round) {
+      for (size_t e = 0; e < kCubeEdges.size(); ++e) {
+        if ((edges >> e & 1) == 0) continue;
+        int &a = joined[kCubeEdges[e][0]], &b = joined[kCubeEdges[e][1]];
+        a = b = std::min(a, b);
+      }
+    }
+    const auto first = static_cast<int32_t>(all.vertices.size());
+    CellCorners corners;
+    for (int slot = 0; slot < 8; ++slot) corners[slot] = first + joined[slot];
+    if (FindCellPattern(corners) == nullptr || AsListedInFigure2(corners) != corners) continue;
+    for (int slot = 0; slot < 8; ++slot) {
+      Vec3d sum;
+      int count = 0;
+      for (int other = 0; other < 8; ++other) {
+        if (joined[other] != joined[slot]) continue;
+        sum += cube.vertices[cube.cells[0][other]];
+        ++count;
+      }
+      all.vertices.push_back(sum / count + Vec3d{shift(random), shift(random), shift(random)});
+    }
+    all.cells.push_back(corners);
+  }
+  return all;
+}
+
+CellComplex ShakenGrid() {
+  CellComplex complex = GridComplex({3, 3, 3});
+  Shake(complex, 0.15);
+  complex.hull_faces.clear();  // all vertices are free
+  return complex;
+}
+
+constexpr CornerPenalty kPenalties[] = {
+    {}, {.knee = 0.6, .steepness = 60}, {.kind = EnergyKind::kMinima}};
+
+// Calls check(placement, vertex) for every vertex of a cell.
+template <class Check>
+void ForVertices(CellComplex complex, const Check& check) {
+  const Hull hull = GridHull({3, 3, 3}, 0.5);
+  const HullFeatures features(hull);
+  RunContext run;
+  Placement placement = PreparePlacement(complex, features, StopPoll(run));
+  const PlacementView view = ViewOf(placement);
+  for (int32_t v = 0; v < static_cast<int32_t>(complex.vertices.size()); ++v) {
+    if (view.cells_at[v].size > 0) check(view, v);
+  }
+}
+
+template <class Check>
+void ForVerticesOfAll(const Check& check) {
+  ForVertices(EveryCollapsedCube(), check);
+  ForVertices(ShakenGrid(), check);
+}
+
+LocalRoom RoomAt(const PlacementView& placement, int32_t vertex) {
+  return LocalRoom(static_cast<size_t>(placement.cells_at[vertex].size));
+}
+
+TEST(LocalCells, HaveRoomForTheEdgesOfEveryCell) {
+  for (const CellPattern& pattern : AllCellPatterns()) {
+    for (const uint16_t edges : pattern.edges_at) {
+      EXPECT_LE(std::popcount(edges), LocalCell::kMostEdges);
+    }
+  }
+  EXPECT_GT(EveryCollapsedCube().cells.size(), 20u) << "the other tests look at too little";
+}
+
+TEST(LocalCells, FindTheLeastJacobianOfTheCellsWhereverTheVertexIs) {
+  ForVerticesOfAll([](const PlacementView& placement, int32_t v) {
+    LocalRoom room = RoomAt(placement, v);
+    LocalCells cells(placement, v, {}, FoldWatch::kNone, room.data());
+    const Vec3d start = placement.vertices[v];
+    for (const Vec3d& shift : {Vec3d{}, Vec3d{0.1, -0.2, 0.15}, Vec3d{-0.6, 0.1, 0.3}}) {
+      cells.MoveTo(start + shift);
+      placement.vertices[v] = start + shift;
+      double least = 1;
+      const ArrayView<const int32_t> around = placement.cells_at[v];
+      for (int64_t k = 0; k < around.size; ++k) {
+        SurveyCell(placement, around[k]);
+        least = std::min<double>(least, placement.min_scaled_jacobian[around[k]]);
+      }
+      EXPECT_NEAR(cells.Score().minimum, least, 1e-6);
+      placement.vertices[v] = start;
+    }
+  });
+}
+
+TEST(LocalCells, KnowHowTheEnergyChanges) {
+  constexpr double kStep = 1e-6;
+  for (const CornerPenalty& penalty : kPenalties) {
+    ForVerticesOfAll([&](const PlacementView& placement, int32_t v) {
+      LocalRoom room = RoomAt(placement, v);
+      LocalCells cells(placement, v, penalty, FoldWatch::kNone, room.data());
+      const double energy = cells.Score().energy;
+      const EnergyModel model = cells.Model();
+      const Vec3d start = placement.vertices[v];
+      for (int a = 0; a < 3; ++a) {
+        Vec3d ahead = start, behind = start;
+        ahead[a] += kStep, behind[a] -= kStep;
+        cells.MoveTo(ahead);
+        const double after = cells.Score().energy;
+        cells.MoveTo(behind);
+        const double slope = (after - cells.Score().energy) / (2 * kStep);
+        EXPECT_NEAR(model.gradient[a], slope, 1e-4 * (1 + std::abs(slope) + energy)) << v;
+      }
+    });
+  }
+}
+
+TEST(LocalCells, NewtonStepLeadsDownhill) {
+  for (const CornerPenalty& penalty : kPenalties) {
+    ForVerticesOfAll([&](const PlacementView& placement, int32_t v) {
+      LocalRoom room = RoomAt(placement, v);
+      LocalCells cells(placement, v, penalty, FoldWatch::kNone, room.data());
+      const double energy = cells.Score().energy;
+      const EnergyModel model = cells.Model();
+      if (Norm(model.gradient) < 1e-3) return;
+      const Vec3d move = LowestPoint(model, {3, {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}});
+      ASSERT_LT(Dot(move, model.gradient), 0);
+      cells.MoveTo(placement.vertices[v] + move * (1e-4 / Norm(move)));
+      EXPECT_LT(cells.Score().energy, energy);
+    });
+  }
+}
+
+TEST(LocalCells, CellsThatNearlyFoldPushTheVertexAway) {
+  // One corner of a cube nearly in the plane of its neighbours: the cell is watched.
+  CellComplex complex = GridComplex({1, 1, 1});
+  complex.hull_faces.clear();
+  complex.vertices[0] = Vec3d{0.55, 0.55, 0.55};
+  ForVertices(complex, [](const PlacementView& placement, int32_t v) {
+    if (v != 0) return;
+    placement.near_folding[0] = 1;
+    LocalRoom room = RoomAt(placement, v);
+    LocalCells watched(placement, v, {}, FoldWatch::kSurvey, room.data());
+    watched.Score();
+    const Vec3d gradient = watched.Model().gradient;
+    LocalRoom other_room = RoomAt(placement, v);
+    LocalCells not_watched(placement, v, {}, FoldWatch::kNone, other_room.data());
+    not_watched.Score();
+    EXPECT_GT(Dot(gradient - not_watched.Model().gradient, Vec3d{1, 1, 1}), 0);
+  });
+}
+
+}  // namespace
+}  // namespace amhex
