@@ -37,6 +37,11 @@ constexpr FillStep kFillSteps[] = {{{0.15, 4.0, 4}, 0}, {{0.03, 14.0, 7}, 8}};
 // of one core; a solid that its cells fit needs a tenth of that.
 constexpr int64_t kCarvedParts = 50'000;
 constexpr double kCarvedPartsPerCell = 400;
+// What is opened again later may cost as much per open face, and so much at most: of 56 refilled
+// places, the better ones took at most 520 parts per open face, but for one of 1,100.
+constexpr int64_t kPartsOfOpening = 10'000;
+constexpr int64_t kPartsPerOpenedFace = 900;
+constexpr int64_t kMostPartsOfOpening = 45'000;
 constexpr int kAnyNumber = 1 << 20;
 constexpr StarRound kDeepRound = {12, 10, 40};
 // Stars and carvings are tried this often, each time with the cells around what resists removed.
@@ -99,22 +104,31 @@ class Closer {
   absl::StatusOr<Mended> Mend(int layers) {
     Mended mended;
     mended.changed = OpenDefects(layers);
-    if (mended.changed) FillCavities(kDefectAttempts + 1 + layers);
+    if (mended.changed) {
+      LimitCarving();
+      FillCavities(kDefectAttempts + 1 + layers);
+    }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
     mended.complex = mesh_.ToComplex(StopPoll(run_));
     return mended;
   }
 
-  absl::StatusOr<CellComplex> Refill(const Opening& opening) {
+  absl::StatusOr<Refilled> Refill(const Opening& opening) {
     for (const int32_t cell : opening.cells) mesh_.RemoveCell(cell);
+    LimitCarving();
+    Refilled refilled;
     if (opening.first == FirstFilling::kStars) {
-      for (const StarRound& round : kFirstRounds) FillWithStars(round);
+      refilled.first_was_in_vain = true;
+      for (const StarRound& round : kFirstRounds) {
+        if (FillWithStars(round)) refilled.first_was_in_vain = false;
+      }
     }
     FillCavities(kRefillRound + static_cast<int>(opening.first));
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
-    return mesh_.ToComplex(StopPoll(run_));
+    refilled.complex = mesh_.ToComplex(StopPoll(run_));
+    return refilled;
   }
 
  private:
@@ -196,8 +210,13 @@ class Closer {
     return true;
   }
 
-  // Tries every cavity once, smallest first.
-  void FillWithStars(const StarRound& round) {
+  void LimitCarving() {
+    const auto open = static_cast<int64_t>(mesh_.OpenFaces().size());
+    most_carved_parts_ = std::min(most_carved_parts_, kPartsOfOpening + kPartsPerOpenedFace * open);
+  }
+
+  // Tries every cavity once, smallest first; true if any was filled.
+  bool FillWithStars(const StarRound& round) {
     Cavities cavities = CollectCavities(mesh_);
     std::vector<int> order(cavities.count());
     std::iota(order.begin(), order.end(), 0);
@@ -208,8 +227,9 @@ class Closer {
     limits.depth = round.depth;
     limits.beam_width = round.beam_width;
     limits.run = &run_;
+    bool any = false;
     for (const int cavity : order) {
-      if (run_.ShouldStop()) return;
+      if (run_.ShouldStop()) return any;
       const size_t size = cavities.faces[cavity].size();
       if (size == 0 || size > round.max_cavity_faces) continue;
       if (!tried_.insert(AttemptAt(cavities.faces[cavity], round)).second) continue;
@@ -218,6 +238,7 @@ class Closer {
       const auto filling = GrowStar(mesh_, hull_, cavities, {}, limits, {seed}, 1e8);
       if (!filling) continue;
       ApplyStar(*filling, &mesh_);
+      any = true;
       for (const int filled : filling->region.cavities) {
         for (const CellFace& face : cavities.faces[filled]) {
           cavities.of_half_face[mesh_.FindHalfFace(face)] = -1;
@@ -226,6 +247,7 @@ class Closer {
       }
     }
     ReportProgress();
+    return any;
   }
 
   // A cavity that a star round has failed to fill is not tried again before it has changed.
@@ -275,7 +297,7 @@ class Closer {
   WorkingMesh mesh_;
   std::set<Attempt> tried_;
   int64_t carved_parts_ = 0;
-  const int64_t most_carved_parts_;
+  int64_t most_carved_parts_;
   size_t first_open_ = 1;
 };
 
@@ -301,9 +323,9 @@ absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull
   return Closer(complex, hull, params.run.seed, run).Mend(layers);
 }
 
-absl::StatusOr<CellComplex> RefillOpening(const CellComplex& complex, const Hull& hull,
-                                          const Opening& opening, const MeshingParams& params,
-                                          const RunContext& run) {
+absl::StatusOr<Refilled> RefillOpening(const CellComplex& complex, const Hull& hull,
+                                       const Opening& opening, const MeshingParams& params,
+                                       const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return Closer(complex, hull, params.run.seed, run).Refill(opening);
 }

@@ -50,8 +50,13 @@ struct Opening {
   std::vector<int32_t> cells;  // indices into the complex's
   FirstFilling first = FirstFilling::kStars;
 };
-absl::StatusOr<CellComplex> RefillOpening(const CellComplex& complex, const Hull& hull,
-                                          const Opening& opening, const MeshingParams& params,
-                                          const RunContext& run);
+struct Refilled {
+  CellComplex complex;
+  // The first filling found nothing, so that the other one comes to the same.
+  bool first_was_in_vain = false;
+};
+absl::StatusOr<Refilled> RefillOpening(const CellComplex& complex, const Hull& hull,
+                                       const Opening& opening, const MeshingParams& params,
+                                       const RunContext& run);
 
 }  // namespace amhex

@@ -223,7 +223,7 @@ class PlaceRefill {
  private:
   absl::StatusOr<CellComplex> Change(const CellComplex& closed, const Attempt& attempt,
                                      const Hull& hull, const MeshingParams& params,
-                                     const RunContext& run) const {
+                                     const RunContext& run) {
     switch (attempt.remedy) {
       case Remedy::kMove:
         return closed;
@@ -233,7 +233,12 @@ class PlaceRefill {
         break;
     }
     const Opening opening{openings_[attempt.layers], attempt.first};
-    return RefillOpening(closed, hull, opening, params, run);
+    if (attempt.first == FirstFilling::kCarving && stars_were_in_vain_) {
+      return absl::AlreadyExistsError("the attempt before came to the same");
+    }
+    AMHEX_ASSIGN_OR_RETURN(Refilled refilled, RefillOpening(closed, hull, opening, params, run));
+    stars_were_in_vain_ = refilled.first_was_in_vain;
+    return std::move(refilled.complex);
   }
 
   static std::vector<int> CellsAround(const WorkingMesh& whole, const CellLists& cells_at,
@@ -251,6 +256,7 @@ class PlaceRefill {
   RepairEffort repair_;
   std::vector<uint8_t> fixed_;  // [vertex of the excerpt]
   std::optional<CellComplex> better_;
+  bool stars_were_in_vain_ = false;  // in the last opening
 };
 
 // What tells a place again after others have changed the mesh: its vertices.
