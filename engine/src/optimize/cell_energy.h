@@ -36,13 +36,15 @@ AMHEX_HD inline double SteadyExp(double x) {
 
 // Exponents below this are not worth evaluating.
 inline constexpr double kNegligibleExponent = -6.0;
+// Above this the exponential goes on as a straight line.
 inline constexpr double kMaxExponent = 30.0;
 
 AMHEX_HD inline double CornerEnergy(double s, const CornerPenalty& penalty) {
   const double deficit = 1 - s;
   const double exponent = penalty.steepness * (penalty.knee - s);
   if (!(exponent >= kNegligibleExponent)) return deficit * deficit;
-  return deficit * deficit + SteadyExp(Smaller(exponent, kMaxExponent));
+  if (exponent < kMaxExponent) return deficit * deficit + SteadyExp(exponent);
+  return deficit * deficit + SteadyExp(kMaxExponent) * (1 + exponent - kMaxExponent);
 }
 
 // First and second derivative.
@@ -53,7 +55,9 @@ struct Slopes {
 AMHEX_HD inline Slopes CornerSlopes(double s, const CornerPenalty& penalty) {
   const double exponent = penalty.steepness * (penalty.knee - s);
   Slopes slopes{-2 * (1 - s), 2};
-  if (exponent >= kNegligibleExponent && exponent < kMaxExponent) {
+  if (exponent >= kMaxExponent) {
+    slopes.first -= penalty.steepness * SteadyExp(kMaxExponent);
+  } else if (exponent >= kNegligibleExponent) {
     const double slope = penalty.steepness * SteadyExp(exponent);
     slopes.first -= slope;
     slopes.second += penalty.steepness * slope;

@@ -9,7 +9,9 @@ namespace {
 
 // Sweeps over the few vertices that give way: first they raise the worst cells over the floor, with
 // a penalty as steep as where all the mesh's are raised (place_vertices), then the average.
-constexpr int kRaisingSweeps = 10;
+// A Newton step of an exponential is one part in its steepness: from folding to the floor takes
+// many.
+constexpr int kRaisingSweeps = 40;
 constexpr int kAverageSweeps = 5;
 constexpr double kTarget = 0.5;  // only cells below this are raised, above the floor
 constexpr CornerPenalty kRaisingPenalty = {.knee = 0.36, .steepness = 60};
