@@ -14,6 +14,7 @@
 #include "optimize/vertex_search.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "topology/primitives.h"
 
 namespace amhex {
 namespace {
@@ -22,19 +23,6 @@ using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::Shake;
-
-constexpr std::array<std::array<int, 2>, 12> kCubeEdges{{{0, 1},
-                                                         {1, 2},
-                                                         {2, 3},
-                                                         {3, 0},
-                                                         {4, 5},
-                                                         {5, 6},
-                                                         {6, 7},
-                                                         {7, 4},
-                                                         {0, 4},
-                                                         {1, 5},
-                                                         {2, 6},
-                                                         {3, 7}}};
 
 // Every way to collapse edges of a cube that leaves a cell of Figure 2, each a cell by itself, its
 // vertices moved at random.
