@@ -37,11 +37,10 @@ constexpr FillStep kFillSteps[] = {{{0.15, 4.0, 4}, 0}, {{0.03, 14.0, 7}, 8}};
 // of one core; a solid that its cells fit needs a tenth of that.
 constexpr int64_t kCarvedParts = 50'000;
 constexpr double kCarvedPartsPerCell = 400;
-// What is opened again later may cost as much per open face, and so much at most: of 56 refilled
-// places, the better ones took at most 520 parts per open face, but for one of 1,100.
+// What is opened again later may cost as much, and so much per open face: of 56 refilled places,
+// the better ones took at most 520 parts per open face, but for one of 1,100.
 constexpr int64_t kPartsOfOpening = 10'000;
 constexpr int64_t kPartsPerOpenedFace = 900;
-constexpr int64_t kMostPartsOfOpening = 45'000;
 constexpr int kAnyNumber = 1 << 20;
 constexpr StarRound kDeepRound = {12, 10, 40};
 // Stars and carvings are tried this often, each time with the cells around what resists removed.
