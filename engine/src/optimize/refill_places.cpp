@@ -51,6 +51,9 @@ constexpr int kMostLayers = 1;           // of kAttempts
 constexpr int kMovingRings = 2;
 constexpr int kSeenRings = 2;
 constexpr size_t kMostCellsOpened = 100;
+// Larger openings are not refilled: in 23 meshes no filling of more than 41 cells was taken, and
+// one of 90 takes one to two seconds of a core.
+constexpr size_t kMostCellsRefilled = 60;
 // The places of one wave do not touch. Each place has its turn once.
 constexpr int kMostWaves = 12;
 // Cells that all places together may open: worst places first, until these are spent. A mesh that
@@ -199,6 +202,10 @@ class PlaceRefill {
     double least = kWorthwhileShare * before.lack;
     for (const Attempt& attempt : kAttempts) {
       if (run.ShouldStop()) return;
+      if (attempt.remedy == Remedy::kRefill &&
+          openings_[attempt.layers].size() > kMostCellsRefilled) {
+        continue;
+      }
       auto changed = Change(closed, attempt, hull, params, run);
       if (!changed.ok() || !excerpt_.TakeBack(&*changed)) continue;
       if (std::abs(QualityOf(*changed).volume - before.volume) > kHopelessVolumeChange) continue;
