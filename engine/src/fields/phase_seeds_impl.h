@@ -7,6 +7,7 @@
 
 #include "exec/counted_list.h"
 #include "exec/executor.h"
+#include "exec/rounds_per_look.h"
 #include "fields/phase_walk.h"
 
 namespace amhex::fields {
@@ -32,12 +33,14 @@ struct UnreachedSearch {
 };
 
 // A neighbour that this step reaches is no neighbour of an earlier step, whether its step has been
-// written already or not.
+// written already or not. Steps since the list was made may have reached some of it.
 struct ReachBody {
   PhaseWalk walk;
   ArrayView<const int64_t> list;
   int32_t now = 0;
-  AMHEX_HD void operator()(int64_t element) const { walk.Reach(list[element], now); }
+  AMHEX_HD void operator()(int64_t element) const {
+    if (!walk.IsReached(list[element])) walk.Reach(list[element], now);
+  }
 };
 
 // Every number learns the smallest one that it is connected to.
@@ -88,9 +91,12 @@ class PhaseSeeds {
     executor_.ForEach("mark strong phases", count, MarkStrongBody{walk_});
     list_ = executor_.template Alloc<int64_t>(0);
     list_ = Unreached(count, true);
+    // Waits once in so many steps: those that reach nothing only count on.
     for (int32_t now = 1; list_.size() > 0 && !executor_.Stopped(); ++now) {
       const int64_t left = list_.size();
-      executor_.ForEach("carry phases on", left, ReachBody{walk_, List(), now});
+      for (int step = 0; step < kRoundsPerLook; ++step, ++now) {
+        executor_.ForEach("carry phases on", left, ReachBody{walk_, List(), now});
+      }
       Buffer<E, int64_t> next = Unreached(left, false);
       if (next.size() == left) StartSmallest(now);
       list_ = next.size() == left ? Unreached(left, false) : std::move(next);
@@ -113,12 +119,14 @@ class PhaseSeeds {
     executor_.ForEach("name parts", left, OwnLabelBody{List(), label.View()});
     int64_t changes = left;
     while (changes > 0 && !executor_.Stopped()) {
-      executor_.ForEach("spread names", left,
-                        SpreadLabelBody{walk_, List(), ReadOnly(label.View()), next.View()});
+      for (int round = 0; round < kRoundsPerLook; ++round) {
+        executor_.ForEach("spread names", left,
+                          SpreadLabelBody{walk_, List(), ReadOnly(label.View()), next.View()});
+        std::swap(label, next);
+      }
       changes =
           executor_.Reduce("count new names", left,
                            HasChangedBody{List(), ReadOnly(label.View()), ReadOnly(next.View())});
-      std::swap(label, next);
     }
     executor_.ForEach("start phases", left,
                       StartSmallestBody{walk_, List(), ReadOnly(label.View()), now});

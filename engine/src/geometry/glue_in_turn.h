@@ -10,6 +10,7 @@
 #include "base/ordered_bits.h"
 #include "exec/counted_list.h"
 #include "exec/executor.h"
+#include "exec/rounds_per_look.h"
 #include "geometry/cut_search.h"
 #include "geometry/merge_view.h"
 
@@ -123,112 +124,160 @@ struct StartGluingBody {
   AMHEX_HD void operator()(int64_t i) const { state[i] = GlueState::kWaiting; }
 };
 
-// Of all pairs, or of those that a list names, the ones that still may be glued. A face that has
-// been glued meanwhile was so by an earlier pair.
-struct WaitingSearch {
-  using Item = int32_t;
+// Pairs on their way through the rounds.
+struct PairsInTurn {
   MergeView sets;
   GlueRules rules;
   ArrayView<const GlueState> state;
+
+  // Whether one still may be glued. A face that has been glued meanwhile was so by an earlier pair.
+  AMHEX_HD bool Waits(int32_t i) const {
+    const FacePair& pair = rules.pairs[i];
+    if (pair.score > rules.max_score || state[i] != GlueState::kWaiting) return false;
+    return sets.IsOpen(pair);
+  }
+};
+
+// All pairs, or those that a list names.
+struct PairList {
+  int64_t count = 0;
   ArrayView<const int32_t> list;  // empty: all
+  AMHEX_HD int32_t operator[](int64_t index) const {
+    return list.empty() ? static_cast<int32_t>(index) : list[index];
+  }
+};
+
+// Those of a list that wait.
+struct WaitingSearch {
+  using Item = int32_t;
+  PairsInTurn pairs;
+  PairList list;
   template <class Visit>
   AMHEX_HD void VisitItems(int64_t index, const Visit& visit) const {
-    const auto i = list.empty() ? static_cast<int32_t>(index) : list[index];
-    const FacePair& pair = rules.pairs[i];
-    if (pair.score > rules.max_score || state[i] != GlueState::kWaiting) return;
-    if (sets.IsOpen(pair)) visit(i);
+    if (pairs.Waits(list[index])) visit(list[index]);
   }
 };
 
 inline constexpr uint64_t kNobody = std::numeric_limits<uint64_t>::max();
 
-// One element of each of these per element of the list.
+// One element of each of these per element of a list, of which rounds since it was made may have
+// dealt with some.
 struct ForgetReservationsBody {
-  MergeView sets;
-  ArrayView<const FacePair> pairs;
-  ArrayView<const int32_t> list;
+  PairsInTurn pairs;
+  PairList list;
   ArrayView<uint64_t> reserved;
   AMHEX_HD void operator()(int64_t index) const {
-    for (const CornerPair& corners : CornersToMerge(pairs[list[index]])) {
-      reserved[sets.Find(corners.first)] = kNobody;
-      reserved[sets.Find(corners.second)] = kNobody;
+    if (!pairs.Waits(list[index])) return;
+    for (const CornerPair& corners : CornersToMerge(pairs.rules.pairs[list[index]])) {
+      reserved[pairs.sets.Find(corners.first)] = kNobody;
+      reserved[pairs.sets.Find(corners.second)] = kNobody;
     }
   }
 };
 struct ReserveBody {
-  MergeView sets;
-  ArrayView<const FacePair> pairs;
-  ArrayView<const int32_t> list;
+  PairsInTurn pairs;
+  PairList list;
   ArrayView<uint64_t> reserved;
   AMHEX_HD void operator()(int64_t index) const {
+    if (!pairs.Waits(list[index])) return;
     const auto turn = static_cast<uint64_t>(list[index]);
-    for (const CornerPair& corners : CornersToMerge(pairs[list[index]])) {
-      AtomicMin(&reserved[sets.Find(corners.first)], turn);
-      AtomicMin(&reserved[sets.Find(corners.second)], turn);
+    for (const CornerPair& corners : CornersToMerge(pairs.rules.pairs[list[index]])) {
+      AtomicMin(&reserved[pairs.sets.Find(corners.first)], turn);
+      AtomicMin(&reserved[pairs.sets.Find(corners.second)], turn);
     }
   }
 };
 // Marks those that have their turn, while no set changes.
 struct TakeTurnsBody {
-  MergeView sets;
-  ArrayView<const FacePair> pairs;
-  ArrayView<const int32_t> list;
+  PairsInTurn pairs;
+  PairList list;
   ArrayView<const uint64_t> reserved;
   ArrayView<uint8_t> has_turn;  // [index in the list]
   AMHEX_HD void operator()(int64_t index) const {
     const auto turn = static_cast<uint64_t>(list[index]);
-    bool is_first = true;
-    for (const CornerPair& corners : CornersToMerge(pairs[list[index]])) {
-      is_first &= reserved[sets.Find(corners.first)] == turn;
-      is_first &= reserved[sets.Find(corners.second)] == turn;
+    bool is_first = pairs.Waits(list[index]);
+    for (const CornerPair& corners : CornersToMerge(pairs.rules.pairs[list[index]])) {
+      is_first = is_first && reserved[pairs.sets.Find(corners.first)] == turn &&
+                 reserved[pairs.sets.Find(corners.second)] == turn;
     }
     has_turn[index] = is_first ? 1 : 0;
   }
 };
 struct GlueBody {
-  MergeView sets;
-  GlueRules rules;
-  ArrayView<const int32_t> list;
+  PairsInTurn pairs;
+  PairList list;
   ArrayView<const uint8_t> has_turn;
-  ArrayView<GlueState> state;
+  ArrayView<GlueState> state;  // that of the pairs
   AMHEX_HD void operator()(int64_t index) const {
     if (has_turn[index] == 0) return;
     const int32_t i = list[index];
-    state[i] =
-        sets.TryGlue(rules.pairs[i], rules.collapse) ? GlueState::kGlued : GlueState::kRefused;
+    const bool is_glued = pairs.sets.TryGlue(pairs.rules.pairs[i], pairs.rules.collapse);
+    state[i] = is_glued ? GlueState::kGlued : GlueState::kRefused;
   }
 };
-struct IsGluedBody {
-  ArrayView<const GlueState> state;
-  AMHEX_HD int64_t operator()(int64_t i) const { return state[i] == GlueState::kGlued ? 1 : 0; }
+
+// Two numbers in one: how many wait, and as often as this how many are glued.
+inline constexpr int64_t kOneGlued = int64_t{1} << 32;
+struct WaitsOrIsGluedBody {
+  PairsInTurn pairs;
+  PairList list;
+  AMHEX_HD int64_t operator()(int64_t index) const {
+    if (pairs.state[list[index]] == GlueState::kGlued) return kOneGlued;
+    return pairs.Waits(list[index]) ? 1 : 0;
+  }
 };
 
-// Returns how many were glued. `reserved` is room for one number per virtual vertex. Waits once in
-// every round.
+// Where the rounds keep what they find out.
+struct GlueRoom {
+  ArrayView<uint64_t> reserved;  // [virtual vertex]
+  ArrayView<uint8_t> has_turn;   // [index in the list]
+  ArrayView<GlueState> state;    // [pair]
+};
+
+// The next round for those of a list that wait.
+template <class E>
+void TakeGlueRound(E& executor, const PairsInTurn& pairs, const PairList& list,
+                   const GlueRoom& room) {
+  executor.ForEach("forget reservations", list.count,
+                   ForgetReservationsBody{pairs, list, room.reserved});
+  executor.ForEach("reserve sets", list.count, ReserveBody{pairs, list, room.reserved});
+  executor.ForEach("take turns", list.count,
+                   TakeTurnsBody{pairs, list, ReadOnly(room.reserved), room.has_turn});
+  executor.ForEach("glue faces", list.count,
+                   GlueBody{pairs, list, ReadOnly(room.has_turn), room.state});
+}
+
+// Returns how many were glued. `reserved` is room for one number per virtual vertex. Waits once or
+// twice in kRoundsPerLook rounds.
 template <class E>
 int64_t GlueInTurn(E& executor, const MergeView& sets, const GlueRules& rules,
                    ArrayView<uint64_t> reserved) {
+  // Looking at so many pairs that do not wait costs less than listing those that do.
+  constexpr int64_t kFewPairs = 1 << 14;
   const int64_t count = rules.pairs.size;
   Buffer<E, GlueState> state = executor.template Alloc<GlueState>(count);
   executor.ForEach("start gluing", count, StartGluingBody{state.View()});
-  const auto waiting = [&](ArrayView<const int32_t> list, int64_t list_count) {
-    return ListItems(executor, "list pairs that wait", list_count,
-                     WaitingSearch{sets, rules, ReadOnly(state.View()), list});
+  const PairsInTurn pairs{sets, rules, ReadOnly(state.View())};
+  PairList list{count, {}};
+  Buffer<E, int32_t> waiting;
+  const auto list_waiting = [&] {
+    waiting = ListItems(executor, "list pairs that wait", list.count, WaitingSearch{pairs, list});
+    list = {waiting.size(), ReadOnly(waiting.View())};
   };
-  Buffer<E, int32_t> list = waiting({}, count);
-  Buffer<E, uint8_t> has_turn = executor.template Alloc<uint8_t>(list.size());
-  while (list.size() > 0 && !executor.Stopped()) {
-    const ArrayView<const int32_t> view = ReadOnly(list.View());
-    executor.ForEach("forget reservations", view.size,
-                     ForgetReservationsBody{sets, rules.pairs, view, reserved});
-    executor.ForEach("reserve sets", view.size, ReserveBody{sets, rules.pairs, view, reserved});
-    executor.ForEach("take turns", view.size,
-                     TakeTurnsBody{sets, rules.pairs, view, ReadOnly(reserved), has_turn.View()});
-    executor.ForEach("glue faces", view.size,
-                     GlueBody{sets, rules, view, ReadOnly(has_turn.View()), state.View()});
-    list = waiting(view, view.size);
+  if (count > kFewPairs) list_waiting();
+  Buffer<E, uint8_t> has_turn = executor.template Alloc<uint8_t>(list.count);
+  int64_t glued = 0;
+  while (list.count > 0 && !executor.Stopped()) {
+    for (int round = 0; round < kRoundsPerLook; ++round) {
+      TakeGlueRound(executor, pairs, list, {reserved, has_turn.View(), state.View()});
+    }
+    const int64_t sum =
+        executor.Reduce("see what is glued", list.count, WaitsOrIsGluedBody{pairs, list});
+    glued += sum / kOneGlued;
+    if (sum % kOneGlued == 0) break;
+    list_waiting();
   }
-  return executor.Reduce("count what was glued", count, IsGluedBody{ReadOnly(state.View())});
+  return glued;
 }
 
 }  // namespace amhex
