@@ -46,7 +46,7 @@ absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t co
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     for (int32_t sweep = 0; sweep < count; ++sweep) {
       AMHEX_ASSIGN_OR_RETURN(const int64_t moved, SweepQuality(placement, rules, memory, run));
-      if (HasSettled(moved, task)) break;
+      if (HasSettled(moved, task.placement.vertices.size, rules.aim)) break;
     }
     return true;
   };

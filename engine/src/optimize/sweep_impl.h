@@ -81,6 +81,38 @@ struct FlagBody {
   AMHEX_HD int64_t operator()(int64_t i) const { return flags[i]; }
 };
 
+// What a task works on in place.
+struct SweptArrays {
+  ArrayView<Vec3d> vertices;
+  ArrayView<float> quality;         // [cell] of the survey
+  ArrayView<uint8_t> near_folding;  // [cell] of the survey
+  ArrayView<uint8_t> active;        // SweepMemory's
+  ArrayView<float> step;            // SweepMemory's
+
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(vertices), visit(quality), visit(near_folding), visit(active), visit(step);
+  }
+};
+
+// Places in the array of counts; all but the first turn zero after the last sweep.
+inline constexpr int kMovedVertices = 0;  // by the last sweep
+inline constexpr int kLiveVertices = 1;
+inline constexpr int kLiveCells = 2;
+inline constexpr int kIsLive = 3;
+inline constexpr int kLiveColours = 4;  // vertices of the first colour, and so on
+
+// Decides whether there is another sweep; runs as one element.
+struct SettleBody {
+  int64_t vertex_count = 0;
+  QualityAim aim = QualityAim::kMinimum;
+  ArrayView<int64_t> counts;
+  AMHEX_HD void operator()(int64_t) const {
+    if (!HasSettled(counts[kMovedVertices], vertex_count, aim)) return;
+    for (int64_t place = kLiveVertices; place < counts.size; ++place) counts[place] = 0;
+  }
+};
+
 // One object per task.
 template <class E>
 class QualitySweeps {
@@ -88,6 +120,7 @@ class QualitySweeps {
   QualitySweeps(E& executor, SweepTask& task)
       : executor_(executor),
         task_(task),
+        arrays_(executor),
         vertex_count_(task.placement.vertices.size),
         cell_count_(task.placement.cells.size) {}
 
@@ -111,11 +144,9 @@ class QualitySweeps {
   bool Run() {
     Upload();
     if (task_.projection_floor.has_value()) Project();
-    for (int32_t sweep = 0; sweep < task_.most_sweeps; ++sweep) {
-      const int64_t moved = Sweep();
-      if (executor_.Stopped()) return false;
-      if (HasSettled(moved, task_)) break;
-    }
+    executor_.Repeat(
+        task_.most_sweeps, counts_, [this] { Sweep(); },
+        [](const int64_t* counts) { return counts[kIsLive] == 0; });
     return Download();
   }
 
@@ -171,75 +202,88 @@ class QualitySweeps {
     const PlacementView& host = task_.placement;
     cells_ = ResidentCells(order);
     room_ = executor_.template Alloc<LocalCell>(order.most_room);
-    vertices_ = Uploaded(executor_, host.vertices.data, vertex_count_);
-    constraints_ = Uploaded(executor_, host.constraints.data, vertex_count_);
-    quality_ = Uploaded(executor_, host.min_scaled_jacobian.data, cell_count_);
-    near_folding_ = Uploaded(executor_, host.near_folding.data, cell_count_);
-    active_ = Uploaded(executor_, *task_.active);
-    step_ = Uploaded(executor_, *task_.step);
+    swept_ = arrays_.Upload(SweptArrays{host.vertices,
+                                        host.min_scaled_jacobian,
+                                        host.near_folding,
+                                        {task_.active->data(), vertex_count_},
+                                        {task_.step->data(), vertex_count_}});
     moved_ = executor_.template Alloc<uint8_t>(vertex_count_);
     is_touched_ = executor_.template Alloc<uint8_t>(cell_count_);
+    std::vector<int64_t> counts = {0, vertex_count_, cell_count_, 1};
+    for (const ArrayView<const int32_t>& colour : task_.colours) counts.push_back(colour.size);
+    counts_ = Uploaded(executor_, counts);
     PlacementView there = cells_.placement;
-    there.vertices = vertices_.View();
-    there.constraints = ReadOnly(constraints_.View());
-    there.min_scaled_jacobian = quality_.View();
-    there.near_folding = near_folding_.View();
+    there.vertices = swept_.vertices;
+    there.constraints = arrays_.UploadArray(host.constraints);
+    there.min_scaled_jacobian = swept_.quality;
+    there.near_folding = swept_.near_folding;
     there.features = ResidentFeatures();
-    sweep_ = {there, task_.rules, active_.View(), step_.View(), moved_.View()};
+    sweep_ = {there, task_.rules, swept_.active, swept_.step, moved_.View()};
     executor_.ForEach("touch no cell", cell_count_, ClearBody{is_touched_.View()});
   }
 
-  // Calls step(count, vertices of a colour with their room) for one colour after the other.
+  // Calls step(place in the counts, vertices of a colour with their room) for one colour after the
+  // other.
   template <class Step>
   void ForColours(const Step& step) {
     int64_t first = 0;
+    int place = kLiveColours;
     for (const ArrayView<const int32_t>& colour : task_.colours) {
-      step(colour.size, ColourRoom{{cells_.vertices.data + first, colour.size},
-                                   {cells_.room_of.data + first, colour.size},
-                                   room_.View()});
+      step(place++, ColourRoom{{cells_.vertices.data + first, colour.size},
+                               {cells_.room_of.data + first, colour.size},
+                               room_.View()});
       first += colour.size;
     }
   }
 
+  // Runs as many elements as the sweeps have left, none once they have ended.
+  template <class Body>
+  void ForLive(const char* description, int place, int64_t count, const Body& body) {
+    executor_.ForEachOf(description, count, {counts_.View().data + place, 1}, body);
+  }
+
   void Project() {
-    executor_.ForEach("move no vertex", vertex_count_, ClearBody{moved_.View()});
-    ForColours([this](int64_t count, const ColourRoom& colour) {
-      executor_.ForEach(
-          "project the vertices of a colour", count,
-          ProjectBody{sweep_.placement, *task_.projection_floor, colour, moved_.View()});
+    ForLive("move no vertex", kLiveVertices, vertex_count_, ClearBody{moved_.View()});
+    ForColours([this](int place, const ColourRoom& colour) {
+      ForLive("project the vertices of a colour", place, colour.vertices.size,
+              ProjectBody{sweep_.placement, *task_.projection_floor, colour, moved_.View()});
     });
-    projected_count_ = NoteMoves();
+    NoteMoves();
+    executor_.CopyOut(counts_, 1, &projected_count_);
   }
 
-  // Returns the number of vertices that moved.
-  int64_t Sweep() {
-    executor_.ForEach("move no vertex", vertex_count_, ClearBody{moved_.View()});
-    ForColours([this](int64_t count, const ColourRoom& colour) {
-      executor_.ForEach("visit the vertices of a colour", count, VisitBody{sweep_, colour});
+  void Sweep() {
+    ForLive("move no vertex", kLiveVertices, vertex_count_, ClearBody{moved_.View()});
+    ForColours([this](int place, const ColourRoom& colour) {
+      ForLive("visit the vertices of a colour", place, colour.vertices.size,
+              VisitBody{sweep_, colour});
     });
-    executor_.ForEach("rest", vertex_count_, ClearBody{active_.View()});
-    return NoteMoves();
+    ForLive("rest", kLiveVertices, vertex_count_, ClearBody{swept_.active});
+    NoteMoves();
+    ForLive("see whether to go on", kIsLive, 1,
+            SettleBody{vertex_count_, task_.rules.aim, counts_.View()});
   }
 
-  // As the host's: surveys cells of which a vertex has moved, and activates their vertices. Returns
-  // the number of vertices that moved.
-  int64_t NoteMoves() {
-    executor_.ForEach("mark cells", vertex_count_,
-                      MarkBody{sweep_.placement, ReadOnly(moved_.View()), is_touched_.View()});
-    executor_.ForEach("survey cells", cell_count_,
-                      RenewBody{sweep_.placement, is_touched_.View(), active_.View()});
-    return executor_.Reduce("count moves", vertex_count_, FlagBody{ReadOnly(moved_.View())});
+  // As the host's: surveys cells of which a vertex has moved, and activates their vertices. Counts
+  // the vertices that moved.
+  void NoteMoves() {
+    ForLive("mark cells", kLiveVertices, vertex_count_,
+            MarkBody{sweep_.placement, ReadOnly(moved_.View()), is_touched_.View()});
+    ForLive("survey cells", kLiveCells, cell_count_,
+            RenewBody{sweep_.placement, is_touched_.View(), swept_.active});
+    executor_.ReduceInto("count moves", vertex_count_, FlagBody{ReadOnly(moved_.View())},
+                         {counts_.View().data + kMovedVertices, 1});
   }
 
   bool Download() {
     std::vector<Vec3d> vertices(static_cast<size_t>(vertex_count_));
     std::vector<float> step(vertices.size()), quality(static_cast<size_t>(cell_count_));
     std::vector<uint8_t> active(vertices.size()), near_folding(quality.size());
-    executor_.CopyOut(vertices_, vertex_count_, vertices.data());
-    executor_.CopyOut(step_, vertex_count_, step.data());
-    executor_.CopyOut(active_, vertex_count_, active.data());
-    executor_.CopyOut(quality_, cell_count_, quality.data());
-    executor_.CopyOut(near_folding_, cell_count_, near_folding.data());
+    arrays_.Download(swept_, {{vertices.data(), vertex_count_},
+                              {quality.data(), cell_count_},
+                              {near_folding.data(), cell_count_},
+                              {active.data(), vertex_count_},
+                              {step.data(), vertex_count_}});
     if (executor_.Stopped()) return false;
     std::copy(vertices.begin(), vertices.end(), task_.placement.vertices.data);
     std::copy(quality.begin(), quality.end(), task_.placement.min_scaled_jacobian.data);
@@ -252,14 +296,14 @@ class QualitySweeps {
 
   E& executor_;
   SweepTask& task_;
+  UploadedArrays<E> arrays_;
   int64_t vertex_count_, cell_count_;
   int64_t projected_count_ = 0;
   Cells cells_;
   Array<LocalCell> room_;
-  Array<VertexConstraint> constraints_;
-  Array<Vec3d> vertices_;
-  Array<float> quality_, step_;
-  Array<uint8_t> near_folding_, active_, moved_, is_touched_;
+  SweptArrays swept_;
+  Array<uint8_t> moved_, is_touched_;
+  Array<int64_t> counts_;
   SweepVisits sweep_;
 };
 

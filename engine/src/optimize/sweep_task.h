@@ -37,14 +37,13 @@ struct SweepTask {
   int64_t projected_count = 0;                    // out: vertices that were drawn to the hull
 };
 
-// True if a sweep that moved so many vertices is the last.
-inline bool HasSettled(int64_t moved, const SweepTask& task) {
+// True if a sweep that moved so many of the vertices is the last.
+AMHEX_HD inline bool HasSettled(int64_t moved, int64_t of_vertices, QualityAim aim) {
   // Sweeps end when less than this share of the vertices still moves, but raising the minimum is
   // the work of few vertices.
   constexpr double kIdleShare = 0.002;
-  const auto vertex_count = static_cast<double>(task.placement.vertices.size);
-  const bool is_idle = static_cast<double>(moved) <= kIdleShare * vertex_count;
-  return moved == 0 || (is_idle && task.rules.aim == QualityAim::kAverage);
+  const bool is_idle = static_cast<double>(moved) <= kIdleShare * static_cast<double>(of_vertices);
+  return moved == 0 || (is_idle && aim == QualityAim::kAverage);
 }
 
 }  // namespace amhex
