@@ -53,7 +53,8 @@ class Solve {
         run_(run),
         node_count_(static_cast<int64_t>(rhs.size()) / system.unknowns),
         rhs_(rhs.data()),
-        inverse_(system.inverse_diagonal.data()),
+        inverse_diagonal_(system.inverse_diagonal()),
+        inverse_(inverse_diagonal_.data()),
         x_(x->data()),
         residual_(rhs.size()),
         direction_(rhs.size() + kReadableBeyond),
@@ -181,7 +182,8 @@ class Solve {
   const RunContext& run_;
   const int64_t node_count_;
   const float* rhs_;
-  const float* inverse_;  // of the diagonal
+  const std::vector<float> inverse_diagonal_;
+  const float* inverse_;
   float* x_;
   std::vector<float> residual_, direction_, product_;
   std::vector<double> block_sums_;
@@ -190,6 +192,7 @@ class Solve {
 absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<float>& rhs,
                                const ConjugateGradientLimits& limits, const RunContext& run,
                                std::vector<float>* x) {
+  if (x->empty()) x->resize(rhs.size(), 0.0F);
   Solve solve(system, rhs, run, x);
   const double goal = limits.tolerance * limits.tolerance * solve.RightSideNorm();
   double norm = solve.Start();
@@ -219,10 +222,11 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
                                            const ConjugateGradientLimits& limits,
                                            const RunContext& run, std::vector<float>* x) {
   if (system.device == nullptr) return SolveOnCpu(system, rhs, limits, run, x);
+  x->clear();  // the same start wherever it ends up
   GradientTask task;
   task.matrix = system.matrix;
+  task.links = system.links;
   task.node_count = ViewOf(rhs).size / system.unknowns;
-  task.inverse_diagonal = ViewOf(system.inverse_diagonal);
   task.right_side = ViewOf(rhs);
   task.x = x;
   task.limits = {limits.max_iterations, limits.tolerance};

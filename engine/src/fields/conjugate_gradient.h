@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
+#include "exec/resident_slot.h"
 #include "fields/linear_operators.h"
 
 namespace amhex {
@@ -26,10 +27,12 @@ struct LinearSystem {
   // before it have been through all nodes. Called by many threads. kReadableBeyond numbers beyond
   // the end of x may be read.
   std::function<void(int pass, int64_t begin, int64_t end, const float* x, float* product)> apply;
-  std::vector<float> inverse_diagonal;  // > 0
+  // One over the matrix' diagonal, > 0; asked for where the CPU solves.
+  std::function<std::vector<float>()> inverse_diagonal;
   // Where it is solved, and the same matrix for there; null: on the CPU.
   DeviceUse* device = nullptr;
-  LinearOperator matrix;  // on arrays that outlive the system
+  LinearOperator matrix;          // on arrays that outlive the system
+  ResidentSlot* links = nullptr;  // of the matrix, as GradientTask's
 };
 
 struct ConjugateGradientLimits {
@@ -37,10 +40,10 @@ struct ConjugateGradientLimits {
   double tolerance = 0;  // of the preconditioned residual's norm against the right side's
 };
 
-// Improves `x` (same size as `rhs`) in place; returns the number of iterations done. Stops early at
-// the tolerance. The same bits on the CPU and on a device. RESOURCE_EXHAUSTED when a device that
-// was asked for has too little memory, CANCELLED or DEADLINE_EXCEEDED when the run stops.
-// O(unknowns) per iteration.
+// Improves `x` in place, from zeros if it is empty or there is a device; otherwise it is as long as
+// `rhs`. Returns the number of iterations done. Stops early at the tolerance. The same bits on the
+// CPU and on a device. RESOURCE_EXHAUSTED when a device that was asked for has too little memory,
+// CANCELLED or DEADLINE_EXCEEDED when the run stops. O(unknowns) per iteration.
 absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
                                            const std::vector<float>& rhs,
                                            const ConjugateGradientLimits& limits,

@@ -13,6 +13,7 @@
 #include "fields/background_grid.h"
 #include "fields/face_links.h"
 #include "fields/lattice_form.h"
+#include "fields/link_copies.h"
 #include "fields/orientation_field.h"
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
@@ -69,6 +70,7 @@ struct GridFields {
   std::vector<Vec3d> sizes;
   fields::ForwardCodes codes;
   DeviceUse* device = nullptr;  // where to solve; null = on the CPU
+  fields::LinkCopies links;     // there
 };
 
 // With as many nodes per cell as ever, where `density` cells lie in a cubic edge length.
@@ -90,20 +92,24 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   result.grid.levels.resize(1);  // only the orientation field needs the coarser levels
   SizeSettings size_settings;
   size_settings.device = device;
+  size_settings.links = &result.links;
   AMHEX_ASSIGN_OR_RETURN(result.sizes,
                          SolveSizeField(result.grid, result.frames, result.codes, size_settings,
                                         slice.Part(kOrientationDone, 1)));
   return result;
 }
 
-absl::StatusOr<fields::LatticeForm> SolveForm(const GridFields& solved, const TrialDensity& trial,
+absl::StatusOr<fields::LatticeForm> SolveForm(GridFields& solved, const TrialDensity& trial,
                                               const fields::ProgressSlice& slice) {
   fields::LatticeSettings settings;
   settings.density = kSitesPerWantedCell * trial.grid;
   settings.hull_edge_weight = trial.hull_edge_weight;
   settings.device = solved.device;
-  return fields::SolveLatticeForm(solved.grid, solved.frames, solved.sizes, solved.codes, settings,
-                                  slice);
+  settings.links = &solved.links;
+  auto form = fields::SolveLatticeForm(solved.grid, solved.frames, solved.sizes, solved.codes,
+                                       settings, slice);
+  solved.links.of_slots.reset();  // another form is rarely asked for, and the phases need the room
+  return form;
 }
 
 // The form's equations are linear in the reciprocal sizes: another density is the same form,
@@ -121,7 +127,7 @@ fields::LatticeForm Denser(const fields::LatticeForm& form, double density, cons
   return scaled;
 }
 
-absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, const GridFields& solved,
+absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved,
                                    const fields::LatticeForm& shared, double density,
                                    const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
@@ -131,6 +137,7 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, const GridFields& solved,
   AMHEX_RETURN_IF_ERROR(FitThinWalls(asker, solved.grid, solved.codes, run, &form));
   PhaseSettings phase_settings;
   phase_settings.device = solved.device;
+  phase_settings.links = &solved.links;
   AMHEX_ASSIGN_OR_RETURN(
       const std::vector<Vec3d> positions,
       SolvePhaseField(solved.grid, solved.codes, form, phase_settings, slice.Part(0, kPhaseDone)));

@@ -93,8 +93,7 @@ class FrameSmoothing {
     executor_.ForEach(
         "inherit frames", count,
         InheritFrameBody{level.parent, ReadOnly(frames_.View()), frames.View(), forms.View()});
-    constexpr int64_t kNothing = 0;
-    const Array<int64_t> no_state = Uploaded(executor_, &kNothing, 1);
+    const Array<int64_t> no_state = executor_.template Alloc<int64_t>(0);
     int32_t sweep = 0;
     const auto take_sweep = [&] {
       for (int step = 0; step < kColourCount; ++step) {

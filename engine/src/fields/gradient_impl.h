@@ -10,6 +10,7 @@
 
 #include "base/platform.h"
 #include "exec/executor.h"
+#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/gradient_task.h"
 #include "fields/phase_seeds_impl.h"
@@ -158,15 +159,26 @@ struct TurnBody {
   }
 };
 
-// Per node: both numbers of a phase have the same.
-struct PhaseDiagonalBody {
-  PhaseOperator matrix;
+template <class Operator>
+struct InvertDiagonalBody {
+  Operator matrix;
   ArrayView<float> inverse_diagonal;
   AMHEX_HD void operator()(int64_t node) const {
-    for (int a = 0; a < 3; ++a) {
-      const float value = 1.0F / matrix.Diagonal(node, a);
-      inverse_diagonal[6 * node + 2 * a] = inverse_diagonal[6 * node + 2 * a + 1] = value;
+    for (int unknown = 0; unknown < Operator::kUnknowns; ++unknown) {
+      inverse_diagonal[Operator::Place(node, unknown)] = 1.0F / matrix.Diagonal(node, unknown);
     }
+  }
+};
+
+// Into arrays of all nodes that are zero elsewhere.
+struct SpreadWishesBody {
+  HullWishes hull;
+  ArrayView<float> weight;  // [node][axis]
+  ArrayView<float> target;  // [unknown]
+  AMHEX_HD void operator()(int64_t k) const {
+    const int64_t node = hull.nodes[k];
+    for (int a = 0; a < 3; ++a) weight[3 * node + a] = hull.weights[3 * k + a];
+    for (int u = 0; u < 6; ++u) target[6 * node + u] = hull.targets[6 * k + u];
   }
 };
 
@@ -193,9 +205,13 @@ class GradientSolve {
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * NodeSumBlocks(task.node_count) * static_cast<int64_t>(sizeof(double));
     if (task.course != nullptr) {
-      sum += task.unknown_count() * static_cast<int64_t>(sizeof(float));  // hull targets
+      // Hull targets and weights.
+      sum += (task.unknown_count() + 3 * task.node_count) * static_cast<int64_t>(sizeof(float));
     }
-    return sum + UploadedArrays<E>::Bytes(std::get<Operator>(task.matrix));
+    const Operator& matrix = std::get<Operator>(task.matrix);
+    const bool has_links = task.links != nullptr && *task.links != nullptr;
+    return sum + UploadedArrays<E>::Bytes(matrix) -
+           (has_links ? UploadedArrays<E>::Bytes(matrix.links) : 0);
   }
 
   // False if it was stopped.
@@ -204,10 +220,9 @@ class GradientSolve {
     if (task_.course != nullptr) {
       TakeCourse(*task_.course);
     } else {
-      inverse_diagonal_ = Uploaded(executor_, task_.inverse_diagonal.data, unknowns_);
       right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
-      x_ = Uploaded(executor_, task_.x->data(), unknowns_);
       AllocateVectors();
+      SetDiagonal();
       Solve(task_.limits);
     }
     std::vector<float> x(static_cast<size_t>(unknowns_));
@@ -225,12 +240,22 @@ class GradientSolve {
   using Array = Buffer<E, T>;
 
   void Upload() {
-    const Operator& host = std::get<Operator>(task_.matrix);
+    Operator host = std::get<Operator>(task_.matrix);
+    const NodeLinks links = std::exchange(host.links, {});
     matrix_ = arrays_.Upload(host);
+    matrix_.links =
+        task_.links == nullptr ? arrays_.Upload(links) : OnResidentArrays<E>(*task_.links, links);
     scratch_ = executor_.template Alloc<float>(task_.node_count * Operator::kScratch);
     partial_ = executor_.template Alloc<double>(sums_);
     numbers_ = executor_.template Alloc<double>(kNumbersSize);
     counts_ = executor_.template Alloc<int64_t>(kCountsSize);
+    inverse_diagonal_ = executor_.template Alloc<float>(unknowns_);
+    x_ = Zeros(unknowns_);
+  }
+  Array<float> Zeros(int64_t count) {
+    Array<float> zeros = executor_.template Alloc<float>(count);
+    executor_.ForEach("start at zero", count, ClearBody{zeros.View()});
+    return zeros;
   }
 
   void AllocateVectors() {
@@ -250,10 +275,7 @@ class GradientSolve {
 
   void TakeCourse(const PhaseCourse& course) {
     if constexpr (std::is_same_v<Operator, PhaseOperator>) {
-      x_ = executor_.template Alloc<float>(unknowns_);
-      executor_.ForEach("clear phases", unknowns_, ClearBody{x_.View()});
-      right_side_ = Uploaded(executor_, course.hull_target.data, unknowns_);
-      inverse_diagonal_ = executor_.template Alloc<float>(unknowns_);
+      SpreadWishes(course.hull);
       AllocateVectors();
       SetDiagonal();
       Solve(course.first);
@@ -265,6 +287,16 @@ class GradientSolve {
       right_side_ = executor_.template Alloc<float>(unknowns_);
       TakeRounds(course, hull_target);
     }
+  }
+
+  // The targets are the right side of the plain solve.
+  void SpreadWishes(const HullWishes& host) {
+    UploadedArrays<E> arrays(executor_);
+    hull_weight_ = Zeros(3 * task_.node_count), right_side_ = Zeros(unknowns_);
+    executor_.ForEach(
+        "spread the hull's wishes", host.nodes.size,
+        SpreadWishesBody{arrays.Upload(host), hull_weight_.View(), right_side_.View()});
+    matrix_.hull_weight = ReadOnly(hull_weight_.View());
   }
 
   void TakeRounds(const PhaseCourse& course, const Array<float>& hull_target) {
@@ -283,7 +315,7 @@ class GradientSolve {
 
   void SetDiagonal() {
     executor_.ForEach("take the diagonal", task_.node_count,
-                      PhaseDiagonalBody{matrix_, inverse_diagonal_.View()});
+                      InvertDiagonalBody<Operator>{matrix_, inverse_diagonal_.View()});
   }
 
   GradientVectors Vectors() {
@@ -351,6 +383,7 @@ class GradientSolve {
   UploadedArrays<E> arrays_;  // of the matrix
   Operator matrix_;
   Array<float> inverse_diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
+  Array<float> hull_weight_;  // of a course
   Array<double> partial_, numbers_;
   Array<int64_t> counts_;
 };

@@ -54,18 +54,21 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
                              const RunContext& run, Increments* increments) {
   const NodeSlots& slots = closure.slots();
   const int64_t size = ClosureOperator::kUnknowns * slots.count();
-  std::vector<float> rhs(size, 0.0F), correction(size, 0.0F), curl_lanes(size, 0.0F);
+  std::vector<float> rhs(size, 0.0F), correction, curl_lanes(size, 0.0F);
   LinearSystem system;
   system.unknowns = ClosureOperator::kUnknowns;
   system.passes = ClosureOperator::kPasses;
-  system.inverse_diagonal.resize(size, 1.0F);
-  Flatten(
-      slots, run,
-      [&](int64_t i, int d) {
-        const Vec3f diagonal = closure.DiagonalAt(i, d);
-        return Vec3f{1 / diagonal.x, 1 / diagonal.y, 1 / diagonal.z};
-      },
-      &system.inverse_diagonal);
+  system.inverse_diagonal = [&] {
+    std::vector<float> inverse(size, 1.0F);
+    Flatten(
+        slots, run,
+        [&](int64_t i, int d) {
+          const Vec3f diagonal = closure.DiagonalAt(i, d);
+          return Vec3f{1 / diagonal.x, 1 / diagonal.y, 1 / diagonal.z};
+        },
+        &inverse);
+    return inverse;
+  };
   Increments curls(increments->size());
   closure.Curls(*increments, &curls);
   const auto weight = static_cast<float>(settings.closure_weight);
@@ -81,6 +84,7 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
   std::optional<SlotLinks> links;
   if (settings.device != nullptr) {
     system.device = settings.device;
+    if (settings.links != nullptr) system.links = &settings.links->of_slots;
     system.matrix = closure.Matrix(links.emplace(closure.Links()).View());
   }
   const absl::StatusOr<int> iterations = SolveConjugateGradient(

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
+#include "fields/link_copies.h"
 #include "fields/orientation_field.h"
 
 namespace amhex::fields {
@@ -22,6 +23,7 @@ struct LatticeSettings {
   double tolerance = 3e-4;
   double density = 1.0;         // wanted cells per edge length cubed
   DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
+  LinkCopies* links = nullptr;  // of the same grid and codes; null: made for this solve
 };
 
 // [node_count][d]: cells between the node and its neighbour d, along the node's axes.

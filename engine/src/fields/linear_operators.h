@@ -85,6 +85,21 @@ struct SizeOperator {
       product[PlaceInCube(i, kUnknowns, a)] = sum;
     }
   }
+
+  AMHEX_HD static int64_t Place(int64_t i, int unknown) {
+    return PlaceInCube(i, kUnknowns, unknown);
+  }
+  // Of the matrix; the sum of the weights at `i`, in the order of the host's.
+  AMHEX_HD float Diagonal(int64_t i, int axis) const {
+    float sum = regularization;
+    for (int d = 0; d < 3; ++d) {
+      if (links.Ahead(i, d) >= 0) sum += weights[PlaceInCube(i, kWeights, 3 * d + axis)];
+      if (const int64_t j = links.Behind(i, d); j >= 0) {
+        sum += weights[PlaceInCube(j, kWeights, 3 * d + links.RenamingAt(j, d).inverse[axis])];
+      }
+    }
+    return sum;
+  }
 };
 
 // Three numbers per edge: W + K C^T C, C = curl around the regular squares. The first pass leaves
@@ -105,22 +120,38 @@ struct ClosureOperator {
   }
 
   AMHEX_HD void Apply(int pass, int64_t i, const float* x, float* scratch, float* product) const {
-    const int64_t cube = i / kCubeSlots, lane = i % kCubeSlots;
     for (int d = 0; d < 3; ++d) {
       for (int a = 0; a < 3; ++a) {
         const int64_t at = Place(i, d, a);
         if (pass == 0) {
-          scratch[at] = (is_regular[3 * cube + d] >> lane & 1) != 0 ? Curl(x, i, d, a) : 0.0F;
+          scratch[at] = IsRegular(i, d) ? Curl(x, i, d, a) : 0.0F;
         } else {
-          const bool is_followed = (follows[9 * cube + 3 * d + a] >> lane & 1) != 0;
-          const float own = is_followed ? hull_weight : 1.0F;
-          product[at] = own * x[at] + Adjoint(scratch, i, d, a) * weight;
+          product[at] = OwnWeight(i, d, a) * x[at] + Adjoint(scratch, i, d, a) * weight;
         }
       }
     }
   }
 
+  AMHEX_HD static int64_t Place(int64_t i, int unknown) {
+    return PlaceInCube(i, kUnknowns, unknown);
+  }
+  // Of the matrix: W, and K for every square that the edge bounds.
+  AMHEX_HD float Diagonal(int64_t i, int unknown) const {
+    const int d = unknown / 3, before = (d + 2) % 3, after = (d + 1) % 3;
+    int squares = (IsRegular(i, d) ? 1 : 0) + (IsRegular(i, before) ? 1 : 0);
+    if (const int64_t j = links.Behind(i, before); j >= 0 && IsRegular(j, before)) ++squares;
+    if (const int64_t j = links.Behind(i, after); j >= 0 && IsRegular(j, d)) ++squares;
+    return weight * static_cast<float>(squares) + OwnWeight(i, d, unknown % 3);
+  }
+
  private:
+  AMHEX_HD bool IsRegular(int64_t i, int d) const {
+    return (is_regular[3 * (i / kCubeSlots) + d] >> (i % kCubeSlots) & 1) != 0;
+  }
+  AMHEX_HD float OwnWeight(int64_t i, int d, int a) const {
+    const uint8_t followed = follows[9 * (i / kCubeSlots) + 3 * d + a];
+    return (followed >> (i % kCubeSlots) & 1) != 0 ? hull_weight : 1.0F;
+  }
   AMHEX_HD static int64_t Place(int64_t i, int d, int a) {
     return PlaceInCube(i, kUnknowns, 3 * d + a);
   }
@@ -164,8 +195,10 @@ struct PhaseOperator {
     links.VisitArrays(visit), visit(turns), visit(edge_count), visit(hull_weight);
   }
 
-  AMHEX_HD float Diagonal(int64_t i, int axis) const {
-    return static_cast<float>(edge_count[i]) + hull_weight[3 * i + axis] + pull;
+  AMHEX_HD static int64_t Place(int64_t i, int unknown) { return kUnknowns * i + unknown; }
+  // Of the matrix; both numbers of a phase have the same.
+  AMHEX_HD float Diagonal(int64_t i, int unknown) const {
+    return static_cast<float>(edge_count[i]) + hull_weight[3 * i + unknown / 2] + pull;
   }
   // What the neighbour ahead, which exists, says that number `axis` of node i is.
   AMHEX_HD PhaseNumber FromAhead(int64_t i, int d, int axis, const float* x) const {
@@ -189,7 +222,7 @@ struct PhaseOperator {
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
-      const float own = Diagonal(i, a);
+      const float own = Diagonal(i, 2 * a);
       float real = own * x[6 * i + 2 * a], imaginary = own * x[6 * i + 2 * a + 1];
       for (int d = 0; d < 3; ++d) {
         if (links.Ahead(i, d) >= 0) {

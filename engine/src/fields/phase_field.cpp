@@ -81,6 +81,26 @@ class PhaseSystem {
     });
   }
 
+  // What a device makes the hull's weights and targets of.
+  struct OwnedWishes {
+    std::vector<int32_t> nodes;
+    std::vector<float> weights, targets;
+    HullWishes View() const {
+      const auto count = static_cast<int64_t>(nodes.size());
+      return {{nodes.data(), count}, {weights.data(), 3 * count}, {targets.data(), 6 * count}};
+    }
+  };
+  OwnedWishes Wishes() const {
+    OwnedWishes wishes;
+    for (int64_t i = 0; i < level_.count(); ++i) {
+      if (level_.ConstraintsOf(i) == nullptr) continue;
+      wishes.nodes.push_back(static_cast<int32_t>(i));
+      wishes.weights.insert(wishes.weights.end(), &hull_weight_[3 * i], &hull_weight_[3 * i] + 3);
+      wishes.targets.insert(wishes.targets.end(), &hull_target_[6 * i], &hull_target_[6 * i] + 6);
+    }
+    return wishes;
+  }
+
   // The same for a device, on this system's arrays.
   PhaseOperator Matrix(const NodeLinks& links) const {
     return {links,
@@ -202,7 +222,10 @@ class PhaseSolver {
       return status.ok() ? absl::StatusOr<bool>(true) : status;
     };
     GradientTask task;
-    task.matrix = phases_.Matrix(links_.View());
+    PhaseOperator matrix = phases_.Matrix(links_.View());
+    matrix.hull_weight = {};
+    task.matrix = matrix;
+    if (settings_.links != nullptr) task.links = &settings_.links->of_nodes;
     task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
     task.course = &course;
     task.x = x;
@@ -238,7 +261,7 @@ class PhaseSolver {
     system.unknowns = PhaseOperator::kUnknowns;
     system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* from,
                           float* product) { phases_.Apply(begin, end, from, product); };
-    system.inverse_diagonal = phases_.InverseDiagonal();
+    system.inverse_diagonal = [this] { return phases_.InverseDiagonal(); };
     return SolveConjugateGradient(system, rhs, {limits.max_iterations, limits.tolerance}, run_, x)
         .status();
   }
@@ -274,9 +297,10 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
   const RunContext& run = slice.run();
   PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
   std::vector<float> x(6 * grid.count(), 0.0F);
-  const std::vector<float>& target = phases.hull_target();
+  const PhaseSystem::OwnedWishes wishes =
+      settings.device != nullptr ? phases.Wishes() : PhaseSystem::OwnedWishes();
   const PhaseCourse course{
-      {target.data(), static_cast<int64_t>(target.size())},
+      wishes.View(),
       {settings.first_iterations, settings.first_tolerance},
       Pulls(settings),
       [&](int32_t round) { slice.Report((round + 1.0) / (settings.rounds + 2.0)); }};

@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
 #include "fields/lattice_form.h"
+#include "fields/link_copies.h"
 
 namespace amhex::fields {
 
@@ -19,6 +20,7 @@ struct PhaseSettings {
   int round_iterations = 40;
   double round_tolerance = 1e-3;
   DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
+  LinkCopies* links = nullptr;  // of the same grid and codes; null: made for this solve
 };
 
 // [node_count] for each node the position in space of the lattice point (a cell centre) that it is

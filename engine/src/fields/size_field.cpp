@@ -270,13 +270,14 @@ absl::StatusOr<std::vector<Vec3d>> SolveSizeField(const BackgroundGrid& grid,
   linear.apply = [&](int /*pass*/, int64_t begin, int64_t end, const float* x, float* product) {
     system.Apply(begin, end, x, product);
   };
-  linear.inverse_diagonal = system.InverseDiagonal();
+  linear.inverse_diagonal = [&system] { return system.InverseDiagonal(); };
   std::optional<SlotLinks> links;
   if (settings.device != nullptr) {
     linear.device = settings.device;
+    if (settings.links != nullptr) linear.links = &settings.links->of_slots;
     linear.matrix = system.Matrix(links.emplace(system.Links()).View());
   }
-  std::vector<float> x(rhs.size(), 0.0F);
+  std::vector<float> x;
   const absl::StatusOr<int> iterations =
       SolveConjugateGradient(linear, rhs, {settings.max_iterations, settings.tolerance}, run, &x);
   if (!iterations.ok()) return iterations.status();

@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
+#include "fields/link_copies.h"
 #include "fields/orientation_field.h"
 
 namespace amhex::fields {
@@ -21,6 +22,7 @@ struct SizeSettings {
   int max_iterations = 1000;
   double tolerance = 1e-4;
   DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
+  LinkCopies* links = nullptr;  // of the same grid and codes; null: made for this solve
 };
 
 // [node_count] edge lengths along the three axes of `frames`, in

@@ -84,6 +84,20 @@ TEST_F(ClosureSystemTest, EightSlotsAtATimeGiveTheBitsOfOneAtATime) {
   EXPECT_EQ(Product(system, x), product);
 }
 
+// Of every node, and where there is none: one.
+TEST_F(ClosureSystemTest, TheMatrixKnowsItsDiagonal) {
+  const ClosureSystem system = System();
+  const SlotLinks links = system.Links();
+  const ClosureOperator matrix = system.Matrix(links.View());
+  for (int64_t slot = 0; slot < system.slots().count(); ++slot) {
+    const int64_t node = system.slots().NodeOf(slot);
+    for (int k = 0; k < kUnknowns; ++k) {
+      const float expected = node < 0 ? 1.0F : system.DiagonalAt(node, k / 3)[k % 3];
+      ASSERT_EQ(matrix.Diagonal(slot, k), expected) << "slot " << slot << ", number " << k;
+    }
+  }
+}
+
 TEST_F(ClosureSystemTest, AllVectorWidthsGiveTheSameBits) {
   const ClosureSystem system = System();
   const std::vector<float> x = RandomNumbers(system.slots());

@@ -20,7 +20,7 @@ LinearSystem Chain() {
       if (i + 1 < kUnknowns) product[i] -= x[i + 1];
     }
   };
-  system.inverse_diagonal.assign(kUnknowns, 1 / 2.1F);
+  system.inverse_diagonal = [] { return std::vector<float>(kUnknowns, 1 / 2.1F); };
   return system;
 }
 
@@ -53,6 +53,16 @@ TEST(ConjugateGradient, LeavesAnExactSolutionAlone) {
   ASSERT_TRUE(iterations.ok());
   EXPECT_EQ(*iterations, 0);
   EXPECT_EQ(x, std::vector<float>(kUnknowns, 0.0F));
+}
+
+TEST(ConjugateGradient, StartsAtZeroWhereNothingIsGiven) {
+  const RunContext run;
+  std::vector<float> x;
+  const std::vector<float> rhs(kUnknowns, 1.0F);
+  ASSERT_TRUE(SolveConjugateGradient(Chain(), rhs, {3, 1e-5}, run, &x).ok());
+  std::vector<float> from_zeros(kUnknowns, 0.0F);
+  ASSERT_TRUE(SolveConjugateGradient(Chain(), rhs, {3, 1e-5}, run, &from_zeros).ok());
+  EXPECT_EQ(x, from_zeros);
 }
 
 TEST(ConjugateGradient, ReportsCancellation) {
