@@ -218,14 +218,15 @@ class CudaExecutor {
         : executor_(executor),
           state_(state),
           history_(executor.Alloc<int64_t>(state.size() * kStepsPerGraph)),
-          host_{PinnedBuffer<int64_t>(state.size() * kStepsPerGraph),
-                PinnedBuffer<int64_t>(state.size() * kStepsPerGraph)} {}
+          host_{PinnedBuffer<int64_t>(Larger(int64_t{1}, history_.size())),
+                PinnedBuffer<int64_t>(Larger(int64_t{1}, history_.size()))} {}
     // The device writes to the pinned memory until it is done.
     ~Pipeline() { cudaStreamSynchronize(executor_.stream()); }
 
     template <class Step>
     void TakeStep(int place, const Step& step) {
       step();
+      if (state_.size() == 0) return;
       CheckCuda(cudaMemcpyAsync(history_.View().data + place * state_.size(), state_.View().data,
                                 Bytes<int64_t>(state_.size()), cudaMemcpyDeviceToDevice,
                                 executor_.stream()),
@@ -238,10 +239,7 @@ class CudaExecutor {
       Collect(slot, observer);
       if (!GoesOn()) return;
       launch();
-      CheckCuda(
-          cudaMemcpyAsync(host_[slot].data(), history_.View().data, Bytes<int64_t>(history_.size()),
-                          cudaMemcpyDeviceToHost, executor_.stream()),
-          "copy the states from the device");
+      CopyStates(host_[slot]);
       CheckCuda(cudaEventRecord(done_[slot].get(), executor_.stream()), "record an event");
       steps_[slot] = steps;
     }
@@ -254,6 +252,13 @@ class CudaExecutor {
     }
 
    private:
+    void CopyStates(const PinnedBuffer<int64_t>& host) {
+      if (history_.size() == 0) return;
+      CheckCuda(cudaMemcpyAsync(host.data(), history_.View().data, Bytes<int64_t>(history_.size()),
+                                cudaMemcpyDeviceToHost, executor_.stream()),
+                "copy the states from the device");
+    }
+
     // Waits for the slot's batch and tells of its steps.
     template <class Observer>
     void Collect(int slot, const Observer& observer) {

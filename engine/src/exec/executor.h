@@ -79,8 +79,8 @@ concept Executor = requires(E executor, const E const_executor, Buffer<E, int32_
   executor.SortByKey(pairs, count, uint32_t{}, pairs);
   // Takes the step `count` times. A step must not wait for its own results: from the second
   // repetition on the machine may replay what the last two calls asked for. After each the observer
-  // gets a copy of the state, perhaps late, always in order. An observer that answers true has seen
-  // enough: no more steps follow but for those that are under way.
+  // gets a copy of the state, which may be empty, perhaps late, always in order. An observer that
+  // answers true has seen enough: no more steps follow but for those that are under way.
   executor.Repeat(int32_t{}, numbers, NoStep{}, NoObserver{});
   executor.Synchronize();
   { const_executor.Stopped() } -> std::same_as<bool>;
