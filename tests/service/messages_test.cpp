@@ -8,16 +8,13 @@
 #include <random>
 #include <regex>
 
-#include "amhex/v1/blob_service.grpc.pb.h"
 #include "amhex/v1/errors.pb.h"
-#include "amhex/v1/meshing_service.grpc.pb.h"
 #include "errors.h"
 #include "files.h"
 #include "google/rpc/error_details.pb.h"
 #include "job.h"
 #include "job_manager.h"
-#include "server.h"
-#include "service_fixtures.h"
+#include "scripted_server_fixture.h"
 #include "sha256.h"
 
 namespace amhex::server {
@@ -89,25 +86,8 @@ class StrangeRequests {
   std::mt19937 random_{5};
 };
 
-class MessagesTest : public ::testing::Test {
+class MessagesTest : public ScriptedServerTest {
  protected:
-  void SetUp() override {
-    options_.listen = {"127.0.0.1:0"};
-    options_.metrics_listen = "";
-    options_.data_dir = folder_ / "data";
-    options_.worker = AMHEX_SCRIPTED_WORKER;
-  }
-
-  void Start() {
-    auto created = Server::Create(options_);
-    ASSERT_TRUE(created.ok()) << created.status();
-    server_ = *std::move(created);
-    const auto channel =
-        grpc::CreateChannel(server_->addresses().front(), grpc::InsecureChannelCredentials());
-    mesher_ = amhex::v1::Mesher::NewStub(channel);
-    blobs_ = amhex::v1::Blobs::NewStub(channel);
-  }
-
   // Counts errors, and looks at each as a whole: message and details.
   void Examine(const google::rpc::Status& error) {
     ++error_count_;
@@ -181,11 +161,6 @@ class MessagesTest : public ::testing::Test {
     Examine(stream->Finish());
   }
 
-  TemporaryFolder folder_;
-  ServerOptions options_;
-  std::unique_ptr<Server> server_;
-  std::unique_ptr<amhex::v1::Mesher::Stub> mesher_;
-  std::unique_ptr<amhex::v1::Blobs::Stub> blobs_;
   int error_count_ = 0;
 };
 
