@@ -14,12 +14,14 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "amhex/v1/meshing_service.pb.h"
+#include "watcher_places.h"
 
 namespace amhex::server {
 
@@ -137,6 +139,8 @@ class FeedReader {
   ~FeedReader();
 
   Item Next(absl::Time now);
+  // Gives the place back when the stream ends.
+  void Keep(std::unique_ptr<WatcherPlaces::Place> place) { place_ = std::move(place); }
   // Progress frames passed over so far.
   int64_t conflated_count() const { return conflated_count_; }
 
@@ -146,6 +150,7 @@ class FeedReader {
 
   std::shared_ptr<JobFeed> feed_;
   std::shared_ptr<FeedListener> listener_;
+  std::unique_ptr<WatcherPlaces::Place> place_;
   const absl::Duration min_interval_;
   int64_t after_seq_ = 0;
   int64_t position_ = 0;      // seq of the last frame sent

@@ -267,10 +267,14 @@ absl::StatusOr<std::unique_ptr<FeedReader>> JobManager::Watch(
   const std::string id = JobIdFromName(request.name());
   // The feed is made before the job is read, so that no change between the two is missed.
   AMHEX_ASSIGN_OR_RETURN(const Job before, GetSeen(caller, id));
+  AMHEX_ASSIGN_OR_RETURN(
+      auto place,
+      watcher_places_.Take(caller.tenant.name, options_.limits.max_tenant_watcher_count));
   const auto feed = FeedFor(id, before);
   AMHEX_RETURN_IF_ERROR(PublishTo(feed, id).status());
   auto reader = FeedReader::Open(feed, request.after_seq(), FromProto(request.min_interval()),
                                  options_.limits.max_watcher_count, std::move(listener));
+  if (reader.ok()) (*reader)->Keep(std::move(place));
   if (options_.relay) RefreshForeignFeed(id, feed);
   std::lock_guard<std::mutex> lock(mutex_);
   if (std::find(watched_feeds_.begin(), watched_feeds_.end(), feed) == watched_feeds_.end()) {

@@ -25,6 +25,7 @@
 #include "job_store.h"
 #include "metrics.h"
 #include "service_limits.h"
+#include "watcher_places.h"
 
 namespace amhex::server {
 
@@ -228,6 +229,7 @@ class JobManager {
   Metrics* const metrics_;
   FrameCounter frame_counter_;
   std::atomic<bool> draining_{false};
+  WatcherPlaces watcher_places_;
 
   // Held from the check that a blob exists until the job that needs it is stored, and while
   // unused blobs are collected.

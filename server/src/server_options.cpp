@@ -186,6 +186,10 @@ void AddCallLimitFlags(CLI::App* app, Limits* limits) {
   app->add_option("--max-watchers", limits->max_watcher_count, "Streams that watch one job")
       ->envname("AMHEX_MAX_WATCHERS")
       ->capture_default_str();
+  app->add_option("--max-tenant-watchers", limits->max_tenant_watcher_count,
+                  "Streams that one tenant watches with")
+      ->envname("AMHEX_MAX_TENANT_WATCHERS")
+      ->capture_default_str();
   app->add_option("--max-uploads", limits->max_upload_count, "Uploads under way at the same time")
       ->envname("AMHEX_MAX_UPLOADS")
       ->capture_default_str();
@@ -324,11 +328,11 @@ absl::Status Validate(const ServerOptions& options) {
     return Refuse("--worker " + options.worker + " is no executable file");
   }
   const Limits& limits = options.limits;
-  const int64_t least =
-      std::min<int64_t>({limits.max_blob_bytes, limits.max_queued_job_count, limits.max_point_count,
-                         limits.max_triangle_count, limits.max_attribute_count, limits.max_attempts,
-                         limits.max_label_count, limits.max_label_bytes, limits.max_watcher_count,
-                         limits.max_upload_count, limits.max_page_size});
+  const int64_t least = std::min<int64_t>(
+      {limits.max_blob_bytes, limits.max_queued_job_count, limits.max_point_count,
+       limits.max_triangle_count, limits.max_attribute_count, limits.max_attempts,
+       limits.max_label_count, limits.max_label_bytes, limits.max_watcher_count,
+       limits.max_tenant_watcher_count, limits.max_upload_count, limits.max_page_size});
   if (least < 1 || limits.max_blob_store_bytes < 0) return Refuse("a --max option is not positive");
   if (options.lease < kMinLease || options.lease > kMaxLease) {
     return Refuse("--lease-seconds must be in [1, 600], got " +

@@ -22,7 +22,8 @@ struct Limits {
   int32_t max_queued_job_count = 10'000;
   int32_t max_label_count = 32;
   int32_t max_label_bytes = 256;
-  int32_t max_watcher_count = 256;
+  int32_t max_watcher_count = 256;          // of one job
+  int32_t max_tenant_watcher_count = 1024;  // of one tenant: what one connection can carry
   int32_t max_upload_count = 64;
   // What one tenant may have of them, so that none can take all: three quarters, rounded up.
   int32_t max_tenant_upload_count() const { return max_upload_count - max_upload_count / 4; }

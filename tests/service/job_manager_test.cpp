@@ -212,6 +212,31 @@ TEST_F(JobManagerTest, WatchersHearOfAJobAlsoWhileNothingHappensToIt) {
   EXPECT_EQ(Finished(waiting).state(), Job::SUCCEEDED);
 }
 
+TEST_F(JobManagerTest, StreamsThatATenantWatchesWithAreBoundedOverAllItsJobs) {
+  options_.limits.max_tenant_watcher_count = 2;
+  Start();
+  const std::string first = Submit("succeed first;"), second = Submit("succeed second;");
+  const auto watch = [&](const std::string& tenant, const std::string& id, int64_t after_seq = 0) {
+    Caller caller = Everyone();
+    caller.tenant.name = tenant;
+    amhex::v1::WatchJobRequest request;
+    request.set_name(JobName(id));
+    request.set_after_seq(after_seq);
+    return manager_->Watch(caller, request, std::make_shared<DeafListener>());
+  };
+  auto of_first = watch("ada", first);
+  const auto of_second = watch("ada", second);
+  ASSERT_TRUE(of_first.ok() && of_second.ok());
+  for (const std::string& id : {first, second}) {
+    EXPECT_EQ(ReasonOf(watch("ada", id).status()), "TOO_MANY_WATCHERS");
+    EXPECT_TRUE(watch("bob", id).ok());
+  }
+  of_first->reset();
+  // What is refused for another reason takes no place.
+  EXPECT_EQ(ReasonOf(watch("ada", first, FrameCounter::kMaxForeignSeq).status()), "BAD_REQUEST");
+  EXPECT_TRUE(watch("ada", second).ok());
+}
+
 TEST_F(JobManagerTest, MissingBlobIsRefusedWithItsName) {
   Start();
   amhex::v1::SubmitJobRequest request;

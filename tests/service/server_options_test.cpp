@@ -68,8 +68,8 @@ TEST(ServerOptionsCheck, EveryLimitThatIsToldCanBeSet) {
   const auto options =
       Parse({"--max-blob-bytes=7", "--max-blob-store-bytes=7", "--max-queued-jobs=7",
              "--max-points=7", "--max-triangles=7", "--max-attributes=7", "--max-attempts=7",
-             "--max-labels=7", "--max-label-bytes=7", "--max-watchers=7", "--max-uploads=7",
-             "--max-page-size=7", "--max-run-seconds=7", "--retention-seconds=7",
+             "--max-labels=7", "--max-label-bytes=7", "--max-watchers=7", "--max-tenant-watchers=7",
+             "--max-uploads=7", "--max-page-size=7", "--max-run-seconds=7", "--retention-seconds=7",
              "--max-retention-seconds=8", "--worker-memory-bytes=7", "--running-memory-bytes=7"});
   ASSERT_TRUE(options.ok()) << options.status();
   // Part of the contract: what a message may hold does not differ from server to server.
@@ -88,7 +88,8 @@ TEST(ServerOptionsCheck, LimitsOfNothingAreRefused) {
   for (const char* flag :
        {"--max-blob-bytes", "--max-queued-jobs", "--max-points", "--max-triangles",
         "--max-attributes", "--max-attempts", "--max-labels", "--max-label-bytes", "--max-watchers",
-        "--max-uploads", "--max-page-size", "--max-run-seconds", "--retention-seconds"}) {
+        "--max-tenant-watchers", "--max-uploads", "--max-page-size", "--max-run-seconds",
+        "--retention-seconds"}) {
     EXPECT_FALSE(Parse({std::string(flag) + "=0"}).ok()) << flag;
     EXPECT_TRUE(Parse({std::string(flag) + "=1"}).ok()) << flag;
   }
