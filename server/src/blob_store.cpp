@@ -36,12 +36,6 @@ absl::Status HashPrefix(int fd, int64_t size, Sha256* hash) {
   return absl::OkStatus();
 }
 
-absl::Time LastTouched(const fs::path& path) {
-  struct stat info;
-  if (stat(path.c_str(), &info) != 0) return absl::Now();
-  return absl::TimeFromTimespec(info.st_mtim);
-}
-
 // Names a tenant's upload.
 std::string UploadKey(const std::string& tenant, const std::string& sha256) {
   constexpr size_t kTenantDigits = 16;
@@ -112,7 +106,7 @@ absl::Status BlobUpload::Store(int64_t offset, const BytePieces& pieces) {
   if (complete_) return absl::OkStatus();
   int64_t more = 0;
   for (const std::string_view piece : pieces) more += static_cast<int64_t>(piece.size());
-  if (auto status = store_->CheckRoom(more); !status.ok()) return status;
+  if (auto status = store_->CheckRoomForInput(more); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(partial_->mutex);
   if (partial_->session != session_ || partial_->done) return Superseded();
   if (offset != partial_->committed_size) {
@@ -214,22 +208,6 @@ void BlobStore::Touch(const std::string& sha256) const {
   utimensat(AT_FDCWD, PathOf(sha256).c_str(), nullptr, 0);
 }
 
-int64_t BlobStore::total_bytes() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return total_bytes_;
-}
-
-int64_t BlobStore::uploading_bytes() const { return uploading_bytes_; }
-
-absl::Status BlobStore::CheckRoom(int64_t more_bytes) const {
-  if (limits_.max_blob_store_bytes <= 0) return absl::OkStatus();
-  const int64_t stored = total_bytes() + uploading_bytes();
-  if (stored + more_bytes <= limits_.max_blob_store_bytes) return absl::OkStatus();
-  return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
-                   "the blob store is at its limit of " +
-                       std::to_string(limits_.max_blob_store_bytes) + " bytes");
-}
-
 absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
   amhex::v1::BlobRef blob;
   blob.set_sha256(Sha256Hex(bytes));
@@ -238,7 +216,7 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
     Touch(blob.sha256());
     return blob;
   }
-  if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
+  if (auto status = CheckRoomForInput(blob.size_bytes()); !status.ok()) return status;
   std::string draft = private_folder_ + "/scratch/put-XXXXXX";
   UniqueFd fd(mkostemp(draft.data(), O_CLOEXEC));
   if (!fd.valid()) return FileError("cannot make a file of the store", errno);
@@ -254,7 +232,8 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
 
 absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::string& tenant,
                                                                    const amhex::v1::BlobRef& blob) {
-  if (auto status = CheckRoom(blob.size_bytes()); !status.ok()) return status;
+  const int64_t missing = blob.size_bytes() - UploadedSize(tenant, blob.sha256());
+  if (auto status = CheckRoomForInput(missing); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(mutex_);
   if (auto status = CheckUploadCount(tenant); !status.ok()) return status;
   auto partial = FindOrMakePartial(UploadKey(tenant, blob.sha256()), blob);
@@ -353,48 +332,6 @@ void BlobStore::Drop(const std::string& key, int64_t committed_size) {
   uploading_bytes_ -= committed_size;
   std::lock_guard<std::mutex> lock(mutex_);
   partials_.erase(key);
-}
-
-// Hidden first and removed then: what was touched, or written anew, in the last moment comes back.
-int64_t BlobStore::CollectBlob(const std::string& sha256, absl::Time older_than,
-                               const Release& release) {
-  const std::string shown = PathOf(sha256);
-  const std::string hidden = private_folder_ + "/scratch/collected-" + sha256;
-  bool is_hidden = false;
-  const bool is_released = release(sha256, [&] {
-    is_hidden |= LastTouched(shown) < older_than && rename(shown.c_str(), hidden.c_str()) == 0;
-  });
-  if (!is_hidden) return 0;
-  int64_t freed = 0;
-  std::error_code error;
-  if (is_released && LastTouched(hidden) < older_than) {
-    freed = static_cast<int64_t>(fs::file_size(hidden, error));
-  } else {
-    fs::create_hard_link(hidden, shown, error);  // does nothing if it was stored again
-  }
-  fs::remove(hidden, error);
-  return freed;
-}
-
-int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
-                           const Release& release) {
-  int64_t freed = 0;
-  std::error_code error;
-  for (const fs::path& file : FilesBelow(root_ + "/blobs")) {
-    if (LastTouched(file) >= older_than) continue;
-    freed += CollectBlob(file.filename().string(), older_than, release);
-  }
-  for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
-    if (LastTouched(file) >= uploads_older_than) continue;
-    const auto size = fs::file_size(file, error);
-    if (!error) Drop(file.filename().string(), static_cast<int64_t>(size));
-  }
-  // What other servers have added and removed is seen here only.
-  const bool is_shared = private_folder_ != root_;
-  const int64_t found = is_shared ? BytesBelow(root_ + "/blobs") : 0;
-  std::lock_guard<std::mutex> lock(mutex_);
-  total_bytes_ = is_shared ? found : total_bytes_ - freed;
-  return freed;
 }
 
 }  // namespace amhex::server

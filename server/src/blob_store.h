@@ -116,12 +116,17 @@ class BlobStore {
   // Bytes of complete blobs, and of uploads that are not complete.
   int64_t total_bytes() const;
   int64_t uploading_bytes() const;
+  // What the disk has left for this server.
+  absl::StatusOr<int64_t> FreeDiskBytes() const;
 
  private:
   friend class BlobUpload;
   BlobStore(std::string root, const Limits& limits, std::string private_folder);
 
+  // Both RESOURCE_EXHAUSTED STORAGE_FULL: beyond the budget; the second also where the disk would
+  // keep less than its reserve, which only results may use.
   absl::Status CheckRoom(int64_t more_bytes) const;
+  absl::Status CheckRoomForInput(int64_t more_bytes) const;
   // Under the lock: RESOURCE_EXHAUSTED TOO_MANY_UPLOADS where all of them, or the tenant's share,
   // are under way.
   absl::Status CheckUploadCount(const std::string& tenant) const;

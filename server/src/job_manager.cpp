@@ -55,19 +55,6 @@ std::string CacheKey(const Job& job, const std::string& engine_build) {
   return Sha256Hex(engine_build + "\n" + DeterministicBytes(deciding));
 }
 
-FinalOutcome Outcome(Job::State state, const absl::Status& error) {
-  FinalOutcome outcome;
-  outcome.state = state;
-  *outcome.details.mutable_error() = ToRpcStatus(error);
-  return outcome;
-}
-
-FinalOutcome CancelledOutcome() {
-  return Outcome(Job::CANCELLED,
-                 MakeError(absl::StatusCode::kCancelled, amhex::v1::CANCEL_REQUESTED,
-                           "the job was cancelled on request"));
-}
-
 }  // namespace
 
 Attempt::Attempt(ClaimedJob claimed, std::shared_ptr<JobFeed> feed, std::string work_path)

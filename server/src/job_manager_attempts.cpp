@@ -1,6 +1,5 @@
-// The side of JobManager that worker slots see, and its housekeeping.
+// The side of JobManager that worker slots see.
 #include <algorithm>
-#include <cerrno>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -9,34 +8,13 @@
 #include "job.h"
 #include "job_id.h"
 #include "job_manager.h"
+#include "job_record.h"
 #include "logging.h"
 #include "time_convert.h"
 
 namespace amhex::server {
-namespace {
 
 using amhex::v1::Job;
-
-constexpr absl::Duration kTick = absl::Milliseconds(50);
-constexpr absl::Duration kQueueInterval = absl::Seconds(1);
-constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
-// Frames of a job that does not run are kept this long for readers that reconnect.
-constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
-
-FinalOutcome ErrorOutcome(Job::State state, const absl::Status& error) {
-  FinalOutcome outcome;
-  outcome.state = state;
-  *outcome.details.mutable_error() = ToRpcStatus(error);
-  return outcome;
-}
-
-absl::Status AttemptsExhausted(int attempts, const std::string& how) {
-  return MakeError(
-      absl::StatusCode::kInternal, amhex::v1::ATTEMPTS_EXHAUSTED,
-      "the worker died in each of " + std::to_string(attempts) + " attempts, last by " + how);
-}
-
-}  // namespace
 
 std::shared_ptr<Attempt> JobManager::WaitForAttempt(const std::string& worker,
                                                     absl::Duration patience) {
@@ -217,11 +195,7 @@ void JobManager::Fail(Attempt& attempt, const absl::Status& error) {
   Finish(attempt, ErrorOutcome(Job::FAILED, error));
 }
 
-void JobManager::EndCancelled(Attempt& attempt) {
-  Finish(attempt, ErrorOutcome(Job::CANCELLED,
-                               MakeError(absl::StatusCode::kCancelled, amhex::v1::CANCEL_REQUESTED,
-                                         "the job was cancelled on request")));
-}
+void JobManager::EndCancelled(Attempt& attempt) { Finish(attempt, CancelledOutcome()); }
 
 void JobManager::WorkerDied(Attempt& attempt, const std::string& how) {
   const int attempts = attempt.job().attempt_count();
@@ -249,151 +223,6 @@ void JobManager::GiveBack(Attempt& attempt) {
   LogInfo("job_given_back", {{"job", attempt.job().name()}});
   if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
   PublishStored(attempt.id());
-}
-
-void JobManager::Housekeep() {
-  absl::Time next_queue = absl::Now();
-  absl::Time next_garbage = absl::Now();
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!stopping_) {
-    lock.unlock();
-    TendWatchedFeeds();
-    if (absl::Now() >= next_queue) {
-      TendQueue();
-      if (options_.relay) TendForeignFeeds();
-      ForgetQuietFeeds();
-      next_queue = absl::Now() + kQueueInterval;
-    }
-    if (absl::Now() >= next_garbage) {
-      CollectGarbage();
-      next_garbage = absl::Now() + kGarbageInterval;
-    }
-    lock.lock();
-    housekeeper_wake_.wait_for(lock, absl::ToChronoMilliseconds(kTick),
-                               [this] { return stopping_; });
-  }
-}
-
-// Wakes readers that wait for their interval, and breaks silences.
-void JobManager::TendWatchedFeeds() {
-  std::vector<std::shared_ptr<JobFeed>> feeds;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    watched_feeds_.erase(std::remove_if(watched_feeds_.begin(), watched_feeds_.end(),
-                                        [](const auto& feed) { return feed->reader_count() == 0; }),
-                         watched_feeds_.end());
-    feeds = watched_feeds_;
-  }
-  int64_t readers = 0;
-  for (const auto& feed : feeds) {
-    readers += feed->reader_count();
-    const absl::Duration quiet = absl::Now() - feed->last_publish_time();
-    if (quiet > options_.quiet_feed_interval && !IsFinal(feed->state())) {
-      // A second chance for news that the store failed to give; in a cluster, see TendForeignFeeds.
-      if (!options_.relay) PublishStored(JobIdFromName(feed->Current().name()));
-      feed->Repeat();
-    }
-    feed->WakeReaders();
-  }
-  metrics_->watchers.Set(static_cast<double>(readers));
-}
-
-void JobManager::ForgetQuietFeeds() {
-  std::lock_guard<std::mutex> lock(mutex_);
-  const absl::Time oldest = absl::Now() - kFinalFeedAge;
-  for (auto entry = feeds_.begin(); entry != feeds_.end();) {
-    // Attempts, readers and calls under way hold the feed too; they got it under the lock.
-    const bool needed =
-        entry->second.use_count() > 1 || entry->second->last_publish_time() > oldest;
-    entry = needed ? std::next(entry) : feeds_.erase(entry);
-  }
-}
-
-void JobManager::EndReaped(const ReapedLeases& reaped, absl::Time now) {
-  for (const std::string& id : reaped.requeued) {
-    metrics_->lease_expired.Increment();
-    LogWarning("lease_expired", {{"job", JobName(id)}});
-  }
-  for (const ClaimedJob& job : reaped.exhausted) {
-    const auto outcome = ErrorOutcome(
-        Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
-    // Several nodes may find the same job; one of them ends it, and counts it.
-    if (!store_->Finish(job.id, job.epoch, outcome, now).ok()) continue;
-    metrics_->lease_expired.Increment();
-    LogWarning("lease_expired", {{"job", JobName(job.id)}});
-    PublishFinished(job.id);
-  }
-}
-
-void JobManager::TendQueue() {
-  const absl::Time now = absl::Now();
-  const auto reaped = store_->ReapExpiredLeases(now);
-  metrics_->store_up.Set(absl::IsUnavailable(reaped.status()) ? 0 : 1);
-  // The other calls would only wait as well, and watchers with them.
-  if (absl::IsUnavailable(reaped.status())) return;
-  if (reaped.ok()) EndReaped(*reaped, now);
-  const auto timed_out = store_->ExpireQueued(
-      ErrorOutcome(Job::FAILED,
-                   MakeError(absl::StatusCode::kDeadlineExceeded, amhex::v1::QUEUE_TIMEOUT,
-                             "the job waited in the queue longer than its queue_timeout")),
-      now);
-  if (timed_out.ok()) {
-    for (const std::string& id : *timed_out) PublishFinished(id);
-  }
-  if (const auto removed = store_->RemoveExpired(now); removed.ok()) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    for (const std::string& id : *removed) feeds_.erase(id);
-  }
-  if (const auto counts = store_->CountByState(); counts.ok()) {
-    for (const Job::State state :
-         {Job::QUEUED, Job::RUNNING, Job::SUCCEEDED, Job::FAILED, Job::CANCELLED}) {
-      const auto found = counts->find(state);
-      metrics_->JobsInState(Job::State_Name(state))
-          .Set(found == counts->end() ? 0 : static_cast<double>(found->second));
-    }
-  }
-  const auto oldest = store_->OldestQueued();
-  const bool waiting = oldest.ok() && oldest->has_value();
-  metrics_->queue_oldest_age_seconds.Set(waiting ? absl::ToDoubleSeconds(now - **oldest) : 0);
-  if (const auto cost = store_->QueuedCost(); cost.ok()) {
-    metrics_->queue_cost_seconds.Set(absl::ToDoubleSeconds(*cost));
-  }
-  metrics_->memory_reserved_bytes.Set(static_cast<double>(ReservedMemory()));
-  metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
-}
-
-int64_t JobManager::CollectUnused(absl::Time unused_since) {
-  const auto dropped = store_->DropUnusedGrants(unused_since);
-  if (!dropped.ok()) LogError("grants_not_dropped", {});
-  return blobs_->Collect(unused_since, absl::Now() - options_.resting_upload_age,
-                         [this](const std::string& sha256, const std::function<void()>& hide) {
-                           const auto unused = store_->CollectBlob(sha256, hide);
-                           return unused.ok() && *unused;
-                         });
-}
-
-void JobManager::MakeRoom(absl::Time now) {
-  constexpr int kJobsAtOnce = 16;
-  const int64_t budget = options_.limits.max_blob_store_bytes;
-  const auto taken = [this] { return blobs_->total_bytes() + blobs_->uploading_bytes(); };
-  if (budget <= 0 || taken() <= budget / 10 * 9) return;
-  const absl::Time before = now - options_.scarce_blob_age;
-  int64_t freed = CollectUnused(before);
-  while (taken() > budget / 10 * 8) {
-    const auto removed = store_->RemoveOldestFinal(kJobsAtOnce, before);
-    if (!removed.ok() || removed->empty()) break;
-    LogWarning("jobs_removed_for_room", {{"count", static_cast<int64_t>(removed->size())}});
-    freed += CollectUnused(before);
-  }
-  LogInfo("room_made", {{"bytes", freed}, {"taken", taken()}});
-}
-
-void JobManager::CollectGarbage() {
-  std::lock_guard<std::mutex> admission(admission_mutex_);
-  const absl::Time now = absl::Now();
-  const int64_t freed = CollectUnused(now - options_.unused_blob_age);
-  if (freed > 0) LogInfo("blobs_collected", {{"bytes", freed}});
-  MakeRoom(now);
 }
 
 }  // namespace amhex::server

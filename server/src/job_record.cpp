@@ -45,6 +45,25 @@ absl::Status RequestIdReused(const std::string& request_id) {
                    "request_id " + request_id + " was used for a different request");
 }
 
+absl::Status AttemptsExhausted(int attempts, const std::string& how) {
+  return MakeError(
+      absl::StatusCode::kInternal, amhex::v1::ATTEMPTS_EXHAUSTED,
+      "the worker died in each of " + std::to_string(attempts) + " attempts, last by " + how);
+}
+
+FinalOutcome ErrorOutcome(Job::State state, const absl::Status& error) {
+  FinalOutcome outcome;
+  outcome.state = state;
+  *outcome.details.mutable_error() = ToRpcStatus(error);
+  return outcome;
+}
+
+FinalOutcome CancelledOutcome() {
+  return ErrorOutcome(Job::CANCELLED,
+                      MakeError(absl::StatusCode::kCancelled, amhex::v1::CANCEL_REQUESTED,
+                                "the job was cancelled on request"));
+}
+
 std::string OutcomeBytes(const FinalOutcome& outcome) {
   Job kept;
   *kept.mutable_stages() = outcome.details.stages();

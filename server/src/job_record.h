@@ -1,4 +1,4 @@
-// What all job stores share: their errors, and what they keep of an outcome.
+// What job stores and manager share: errors, outcomes, and what is kept of these.
 #pragma once
 
 #include <map>
@@ -18,6 +18,11 @@ absl::Status Fenced(const std::string& id);
 absl::Status BlobMissing(const std::string& sha256);
 absl::Status QueueFull(int64_t queued);
 absl::Status RequestIdReused(const std::string& request_id);
+// INTERNAL ATTEMPTS_EXHAUSTED; `how` the last worker ended.
+absl::Status AttemptsExhausted(int attempts, const std::string& how);
+
+FinalOutcome ErrorOutcome(amhex::v1::Job::State state, const absl::Status& error);
+FinalOutcome CancelledOutcome();
 
 // What the outcome column holds.
 std::string OutcomeBytes(const FinalOutcome& outcome);

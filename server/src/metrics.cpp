@@ -62,6 +62,8 @@ Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
       watchers(OneGauge(*registry, "amhex_watchers", "Streams that watch a job.")),
       blob_store_bytes(
           OneGauge(*registry, "amhex_blob_store_bytes", "Bytes of all complete blobs.")),
+      disk_free_bytes(OneGauge(*registry, "amhex_disk_free_bytes",
+                               "Bytes that the disk of the blobs has left.")),
       memory_reserved_bytes(OneGauge(*registry, "amhex_memory_reserved_bytes",
                                      "Memory set aside for the running jobs.")),
       workers_ready(OneGauge(*registry, "amhex_workers_ready", "Workers that can take jobs.")),

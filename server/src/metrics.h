@@ -38,6 +38,7 @@ class Metrics {
   prometheus::Gauge& queue_cost_seconds;
   prometheus::Gauge& watchers;
   prometheus::Gauge& blob_store_bytes;
+  prometheus::Gauge& disk_free_bytes;
   prometheus::Gauge& memory_reserved_bytes;
   prometheus::Gauge& workers_ready;
   prometheus::Gauge& workers_quarantined;

@@ -158,6 +158,10 @@ void AddLimitFlags(CLI::App* app, Limits* limits) {
                   "All inputs and results together; 0: no bound")
       ->envname("AMHEX_MAX_BLOB_STORE_BYTES")
       ->capture_default_str();
+  app->add_option("--min-free-disk-bytes", limits->min_free_disk_bytes,
+                  "Bytes of the disk that inputs leave to the queue and to results")
+      ->envname("AMHEX_MIN_FREE_DISK_BYTES")
+      ->capture_default_str();
   app->add_option("--max-queued-jobs", limits->max_queued_job_count, "Jobs that may wait")
       ->envname("AMHEX_MAX_QUEUED_JOBS")
       ->capture_default_str();
@@ -333,7 +337,9 @@ absl::Status Validate(const ServerOptions& options) {
        limits.max_triangle_count, limits.max_attribute_count, limits.max_attempts,
        limits.max_label_count, limits.max_label_bytes, limits.max_watcher_count,
        limits.max_tenant_watcher_count, limits.max_upload_count, limits.max_page_size});
-  if (least < 1 || limits.max_blob_store_bytes < 0) return Refuse("a --max option is not positive");
+  if (least < 1 || limits.max_blob_store_bytes < 0 || limits.min_free_disk_bytes < 0) {
+    return Refuse("a --max option is not positive, or --min-free-disk-bytes is negative");
+  }
   if (options.lease < kMinLease || options.lease > kMaxLease) {
     return Refuse("--lease-seconds must be in [1, 600], got " +
                   absl::FormatDuration(options.lease));

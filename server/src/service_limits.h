@@ -31,6 +31,9 @@ struct Limits {
   int64_t max_worker_memory_bytes = 0;   // 0: no bound
   int64_t max_running_memory_bytes = 0;  // of all jobs that run, as predicted; 0: no bound
   int64_t max_blob_store_bytes = 0;      // 0: no bound
+  // Inputs leave so much of the disk to the queue and to results; as much as the result of a
+  // million cells takes.
+  int64_t min_free_disk_bytes = 64 * kMebibyte;
   int32_t max_attempts = 3;
   absl::Duration max_run_duration = absl::Hours(4);
   absl::Duration max_retention_duration = absl::Hours(24 * 30);

@@ -173,6 +173,26 @@ TEST_F(BlobStoreTest, BytesBeyondTheBudgetAreRefused) {
   EXPECT_EQ(ReasonOf(store_->StartUpload(kTenant, blob_).status()), "STORAGE_FULL");
 }
 
+TEST_F(BlobStoreTest, InputsLeaveTheDiskItsReserveAndResultsMayUseIt) {
+  const auto free = store_->FreeDiskBytes();
+  ASSERT_TRUE(free.ok()) << free.status();
+  for (const int64_t reserve : {int64_t{0}, *free / 2}) {
+    limits_.min_free_disk_bytes = reserve;
+    Reopen();
+    EXPECT_TRUE(store_->StartUpload(kTenant, blob_).ok()) << reserve;
+    amhex::v1::BlobRef large = RefOf("large");
+    large.set_size_bytes(*free);
+    EXPECT_EQ(store_->StartUpload(kTenant, large).ok(), reserve == 0);
+  }
+  limits_.min_free_disk_bytes = 2 * *free;
+  Reopen();
+  EXPECT_EQ(ReasonOf(store_->StartUpload(kTenant, blob_).status()), "STORAGE_FULL");
+  EXPECT_EQ(ReasonOf(store_->Put(text_).status()), "STORAGE_FULL");
+  const std::string path = store_->NewWorkPath("job", 1);
+  ASSERT_TRUE(WriteFileAtomically(path, text_).ok());
+  EXPECT_TRUE(store_->Adopt(path).ok());
+}
+
 TEST_F(BlobStoreTest, AdoptedWorkBecomesABlob) {
   const std::string path = store_->NewWorkPath("job", 1);
   ASSERT_TRUE(WriteFileAtomically(path, text_).ok());

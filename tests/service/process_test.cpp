@@ -226,7 +226,7 @@ TEST_F(ProcessTest, FullDiskFailsTheJobAndNothingElse) {
     signal(SIGXFSZ, SIG_IGN);
     setrlimit(RLIMIT_FSIZE, &limit);
   }
-  Start();
+  DaemonTest::Start({"--min-free-disk-bytes", "0"});
   const std::string full = Submit("large 20000000;");
   EXPECT_TRUE(Reaches(full, Job::FAILED));
   EXPECT_EQ(ReasonOf(Get(full).error()), "STORAGE_FULL") << Get(full).error().message();

@@ -126,13 +126,18 @@ TEST_F(RealFaultTest, FrozenWorkerDiesWithItsServer) {
 // A data folder on a file system of its own, which a test can fill to the last byte.
 class FullDiskTest : public FaultTest {
  protected:
+  static constexpr int kDiskBytes = 16 << 20;
+  static constexpr int kReserve = 4 << 20;
+  static constexpr int kInputBytes = 1'000'000;
+
   void SetUp() override {
     fs::create_directory(folder() / "data");
-    if (mount("tmpfs", (folder() / "data").c_str(), "tmpfs", 0, "size=16m") != 0) {
+    const std::string size = "size=" + std::to_string(kDiskBytes);
+    if (mount("tmpfs", (folder() / "data").c_str(), "tmpfs", 0, size.c_str()) != 0) {
       GTEST_SKIP() << "no file system can be mounted here";
     }
     LogTo(folder() / "log");
-    Start({"--lease-seconds", "1"});
+    Start({"--lease-seconds", "1", "--min-free-disk-bytes", std::to_string(kReserve)});
   }
   void TearDown() override {
     FaultTest::TearDown();
@@ -185,6 +190,25 @@ TEST_F(FullDiskTest, UploadsAndSubmissionsAreRefusedUntilThereIsRoom) {
   amhex::v1::SubmitJobResponse response;
   ASSERT_TRUE(mesher().SubmitJob(&context, request, &response).ok());
   EXPECT_TRUE(Reaches(response.job().name(), Job::SUCCEEDED));
+}
+
+TEST_F(FullDiskTest, InputsAreRefusedWhileAcceptedJobsCanStillEnd) {
+  // Takes room for its result once no more inputs fit.
+  Submit("until " + Go() + "; large " + std::to_string(kReserve / 2) + ";");
+  const std::string padding(kInputBytes, ' ');
+  int accepted = 0;
+  std::string refusal;
+  while (refusal.empty() && accepted < kDiskBytes / kInputBytes) {
+    refusal = TrySubmit("succeed " + std::to_string(accepted) + ";" + padding);
+    accepted += refusal.empty() ? 1 : 0;
+  }
+  EXPECT_EQ(refusal, "STORAGE_FULL");
+  EXPECT_GE(accepted, 2);
+  EXPECT_EQ(Upload(ScriptInput("succeed mesh;" + padding)), "STORAGE_FULL");
+  SayGo();
+  const auto jobs = AllJobs();
+  EXPECT_EQ(jobs.size(), static_cast<size_t>(accepted) + 1);
+  for (const Job& job : jobs) EXPECT_TRUE(Reaches(job.name(), Job::SUCCEEDED)) << job.name();
 }
 
 TEST_F(FullDiskTest, JobWhoseEndCannotBeRecordedIsNotLost) {
