@@ -57,6 +57,10 @@ std::string CacheKey(const Job& job, const std::string& engine_build) {
 
 }  // namespace
 
+std::string QuarantineKey(const std::string& tenant, const Job& job) {
+  return tenant + "\n" + CacheKey(job, "");
+}
+
 Attempt::Attempt(ClaimedJob claimed, std::shared_ptr<JobFeed> feed, std::string work_path)
     : claimed_(std::move(claimed)),
       feed_(std::move(feed)),
@@ -75,7 +79,8 @@ JobManager::JobManager(const Options& options, std::unique_ptr<JobStore> store,
       store_(std::move(store)),
       blobs_(std::move(blobs)),
       metrics_(metrics),
-      frame_counter_(generation, options.relay != nullptr) {
+      frame_counter_(generation, options.relay != nullptr),
+      quarantine_(options.limits.max_attempts, options.limits.quarantine_duration) {
   // Opened, because a network file system answers a mere look from its memory.
   store_->CheckBlobsWith(
       [this](const std::string& sha256) { return blobs_->OpenForRead(sha256).ok(); });
@@ -148,6 +153,16 @@ NewJob JobManager::MakeNewJob(const Caller& caller, const amhex::v1::SubmitJobRe
   return fresh;
 }
 
+absl::StatusOr<SubmittedJob> JobManager::SubmitUnlessQuarantined(const NewJob& job) {
+  const absl::Status refusal =
+      quarantine_.Check(QuarantineKey(job.tenant.name, job.job), absl::Now());
+  // A queue without room takes no new job, but gives those that it knows by their request_id.
+  const int64_t room = refusal.ok() ? options_.limits.max_queued_job_count : 0;
+  auto submitted = store_->Submit(job, room, absl::Now());
+  if (!refusal.ok() && absl::IsResourceExhausted(submitted.status())) return refusal;
+  return submitted;
+}
+
 absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
                                        const amhex::v1::SubmitJobRequest& request,
                                        const Admission& admission) {
@@ -159,11 +174,12 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
       AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, AdmitInput(caller, request));
       NewJob fresh = MakeNewJob(caller, request, input.blob, admission);
       AMHEX_ASSIGN_OR_RETURN(fresh.cost, AdmitCost(request.params(), input));
-      return store_->Submit(fresh, options_.limits.max_queued_job_count, absl::Now());
+      return SubmitUnlessQuarantined(fresh);
     };
     auto stored = submit();
     // Equal bytes that nothing used were there, and another node has just collected them.
-    if (absl::IsFailedPrecondition(stored.status()) && !request.has_input_blob()) stored = submit();
+    const bool is_missing = ReasonOf(stored.status()) == "BLOB_MISSING";
+    if (is_missing && !request.has_input_blob()) stored = submit();
     if (!stored.ok()) return stored.status();
     submitted = *std::move(stored);
   }

@@ -20,6 +20,7 @@
 #include "blob_store.h"
 #include "caller.h"
 #include "errors.h"
+#include "input_quarantine.h"
 #include "job_feed.h"
 #include "job_relay.h"
 #include "job_store.h"
@@ -69,6 +70,9 @@ struct AdmittedInput {
 // A blob may be named with its size; one that is not the stored size is a bad field.
 void CheckSaidSize(const std::string& field, const amhex::v1::BlobRef& blob, int64_t stored_size,
                    FieldViolations* bad);
+
+// What a tenant's jobs with equal input and parameters share.
+std::string QuarantineKey(const std::string& tenant, const amhex::v1::Job& job);
 
 // Thread-safe. The methods that touch the store block for its disk.
 class JobManager {
@@ -156,8 +160,12 @@ class JobManager {
   void Succeed(Attempt& attempt, amhex::v1::MeshingResult result);
   void Fail(Attempt& attempt, const absl::Status& error);
   void EndCancelled(Attempt& attempt);
-  // Spends the attempt: queued again, or FAILED after the last one.
-  void WorkerDied(Attempt& attempt, const std::string& how);
+  // Spends the attempt: queued again, or FAILED after the last one. Equal jobs are refused for a
+  // while then, unless the device is to blame.
+  enum class Suspect { kJob, kDevice };
+  void WorkerDied(Attempt& attempt, const std::string& how, Suspect suspect);
+  // The input has killed the decoder, as `how` the worker ended tells: FAILED.
+  void DecoderDied(Attempt& attempt, const std::string& how);
   // The server interrupts: queued again, the attempt is not spent.
   void GiveBack(Attempt& attempt);
 
@@ -184,6 +192,7 @@ class JobManager {
   // What to set aside for a job; RESOURCE_EXHAUSTED OUT_OF_MEMORY when it can never run here.
   absl::StatusOr<ExpectedCost> AdmitCost(const amhex::v1::MeshingParams& params,
                                          const AdmittedInput& input) const;
+  absl::StatusOr<SubmittedJob> SubmitUnlessQuarantined(const NewJob& job);
   int64_t MostMemoryOfOneJob() const;
   // Set aside for the running jobs, and what is left of their budget.
   int64_t ReservedMemory();
@@ -230,6 +239,7 @@ class JobManager {
   FrameCounter frame_counter_;
   std::atomic<bool> draining_{false};
   WatcherPlaces watcher_places_;
+  InputQuarantine quarantine_;
 
   // Held from the check that a blob exists until the job that needs it is stored, and while
   // unused blobs are collected.

@@ -76,6 +76,11 @@ std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
   if (options_.relay) options_.relay->Unfollow(next.id);
   // A cancel that came between the claim and the entry above left only its mark in the store.
   if (!KeepLease(*attempt)) return nullptr;
+  const absl::Status refusal = quarantine_.Check(QuarantineKey(job.tenant(), job), absl::Now());
+  if (!refusal.ok()) {
+    Fail(*attempt, refusal);
+    return nullptr;
+  }
   if (!feed->PublishBegun([&] { return store_->Get(next.id); }).ok()) feed->PublishJob(job);
   return attempt;
 }
@@ -168,6 +173,7 @@ void JobManager::Succeed(Attempt& attempt, amhex::v1::MeshingResult result) {
   metrics_->cells.Observe(static_cast<double>(statistics.cell_count()));
   metrics_->hexahedra_ratio.Observe(statistics.hexahedra_ratio());
   ObserveMemory(attempt);
+  quarantine_.Forgive(QuarantineKey(attempt.job().tenant(), attempt.job()));
   for (const auto& count : statistics.cells_by_type()) {
     std::string type = amhex::v1::CellType_Name(count.type());
     type.erase(0, std::string("CELL_TYPE_").size());
@@ -197,11 +203,24 @@ void JobManager::Fail(Attempt& attempt, const absl::Status& error) {
 
 void JobManager::EndCancelled(Attempt& attempt) { Finish(attempt, CancelledOutcome()); }
 
-void JobManager::WorkerDied(Attempt& attempt, const std::string& how) {
+void JobManager::DecoderDied(Attempt& attempt, const std::string& how) {
+  constexpr int kDeaths = 1;
+  quarantine_.NoteDeaths(QuarantineKey(attempt.job().tenant(), attempt.job()), kDeaths,
+                         absl::Now());
+  Fail(attempt, MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
+                          "the input killed the decoder: " + how));
+}
+
+void JobManager::WorkerDied(Attempt& attempt, const std::string& how, Suspect suspect) {
   const int attempts = attempt.job().attempt_count();
   LogWarning("worker_died_in_job",
              {{"job", attempt.job().name()}, {"attempt", int64_t{attempts}}, {"how", how}});
   if (attempts >= attempt.job().max_attempts()) {
+    // Not before: one death may have been nobody's fault, and equal jobs may be running.
+    if (suspect == Suspect::kJob) {
+      quarantine_.NoteDeaths(QuarantineKey(attempt.job().tenant(), attempt.job()), attempts,
+                             absl::Now());
+    }
     Fail(attempt, AttemptsExhausted(attempts, how));
     return;
   }

@@ -47,6 +47,7 @@ struct RawSeconds {
   double max_run;
   double max_retention;
   double retention;
+  double quarantine;
 };
 
 void AddServingFlags(CLI::App* app, ServerOptions* options) {
@@ -226,6 +227,10 @@ void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
                   "Time a finished job is kept if it does not say")
       ->envname("AMHEX_RETENTION_SECONDS")
       ->capture_default_str();
+  app->add_option("--quarantine-seconds", seconds->quarantine,
+                  "Time for which what has killed its workers is refused; 0: none")
+      ->envname("AMHEX_QUARANTINE_SECONDS")
+      ->capture_default_str();
 }
 
 // Hides the password of URLs like postgres://user:password@host/name, which may hold an @, or
@@ -247,7 +252,8 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
                      absl::ToDoubleSeconds(options.drain_timeout),
                      absl::ToDoubleSeconds(options.limits.max_run_duration),
                      absl::ToDoubleSeconds(options.limits.max_retention_duration),
-                     absl::ToDoubleSeconds(options.limits.default_retention_duration)};
+                     absl::ToDoubleSeconds(options.limits.default_retention_duration),
+                     absl::ToDoubleSeconds(options.limits.quarantine_duration)};
   CLI::App app("amhexd: turns scans into at-most-hexa volume meshes, as a gRPC service");
   app.set_version_flag("--version", std::string(kServerVersion));
   AddServingFlags(&app, &options);
@@ -270,6 +276,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   options.limits.max_run_duration = absl::Seconds(seconds.max_run);
   options.limits.max_retention_duration = absl::Seconds(seconds.max_retention);
   options.limits.default_retention_duration = absl::Seconds(seconds.retention);
+  options.limits.quarantine_duration = absl::Seconds(seconds.quarantine);
   *exit_code = 2;
   if (!options.store_file.empty()) {
     const auto text = ReadWholeFile(options.store_file);
@@ -347,6 +354,7 @@ absl::Status Validate(const ServerOptions& options) {
   if (limits.max_run_duration <= absl::ZeroDuration() ||
       limits.default_retention_duration <= absl::ZeroDuration() ||
       limits.default_retention_duration > limits.max_retention_duration ||
+      limits.quarantine_duration < absl::ZeroDuration() ||
       options.drain_delay < absl::ZeroDuration() || options.drain_timeout < absl::ZeroDuration()) {
     return Refuse("a time is not positive, or --retention-seconds exceeds its maximum");
   }

@@ -35,6 +35,8 @@ struct Limits {
   // million cells takes.
   int64_t min_free_disk_bytes = 64 * kMebibyte;
   int32_t max_attempts = 3;
+  // What has killed so many workers is refused for so long; zero: never.
+  absl::Duration quarantine_duration = absl::Hours(1);
   absl::Duration max_run_duration = absl::Hours(4);
   absl::Duration max_retention_duration = absl::Hours(24 * 30);
   absl::Duration default_retention_duration = absl::Hours(24 * 7);

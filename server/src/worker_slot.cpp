@@ -351,17 +351,18 @@ void WorkerSlot::HandleDeath(Run* run) {
       ++deaths_in_jobs_;
       manager_->WorkerDied(
           *run->attempt,
-          "it gave no sign of life for " + absl::FormatDuration(pool_->options_.silence_patience));
+          "it gave no sign of life for " + absl::FormatDuration(pool_->options_.silence_patience),
+          JobManager::Suspect::kJob);
       break;
     case StopCause::kNone:
       ++deaths_in_jobs_;
       NoteDeviceLoss(exit);
       if (run->stage == amhex::v1::STAGE_DECODE_INPUT && IsCrashSignal(exit.signal)) {
-        manager_->Fail(*run->attempt,
-                       MakeError(absl::StatusCode::kInvalidArgument, amhex::v1::INPUT_DECODE_LIMIT,
-                                 "the input killed the decoder: " + exit.Description()));
+        manager_->DecoderDied(*run->attempt, exit.Description());
       } else {
-        manager_->WorkerDied(*run->attempt, exit.Description());
+        manager_->WorkerDied(*run->attempt, exit.Description(),
+                             exit.exit_code == kDeviceLostExitCode ? JobManager::Suspect::kDevice
+                                                                   : JobManager::Suspect::kJob);
       }
       break;
   }

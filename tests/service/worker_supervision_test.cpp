@@ -29,7 +29,7 @@ class WorkerSupervisionTest : public JobManagerTest {
 TEST_F(WorkerSupervisionTest, ManyInputsThatKillTheWorkerDoNotKeepItFromTheNextJob) {
   Start();
   std::vector<std::string> bad;
-  for (int i = 0; i < 12; ++i) bad.push_back(Submit("progress 1; abort;"));
+  for (int i = 0; i < 12; ++i) bad.push_back(Submit("progress 1; abort; " + std::to_string(i)));
   for (const std::string& id : bad) EXPECT_EQ(ReasonOf(Finished(id).error()), "ATTEMPTS_EXHAUSTED");
   // 36 deaths in a row: had each doubled the wait for the next worker, this job would not come to
   // run while the test waits.

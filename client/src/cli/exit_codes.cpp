@@ -53,9 +53,10 @@ const char* ExitCodeHelp() {
 }
 
 ExitCode ExitCodeOf(const absl::Status& status) {
-  constexpr std::array<std::pair<std::string_view, ExitCode>, 4> kReasons = {{
+  constexpr std::array<std::pair<std::string_view, ExitCode>, 5> kReasons = {{
       {"NO_VALID_MESH", kExitNoMesh},
       {"ATTEMPTS_EXHAUSTED", kExitNoMesh},
+      {"INPUT_QUARANTINED", kExitNoMesh},
       {"INPUT_DECODE_LIMIT", kExitInput},
       {"BACKEND_UNAVAILABLE", kExitUnavailable},
   }};
