@@ -48,6 +48,7 @@ struct RawSeconds {
   double max_retention;
   double retention;
   double quarantine;
+  double connection_age;
 };
 
 void AddServingFlags(CLI::App* app, ServerOptions* options) {
@@ -231,6 +232,10 @@ void AddTimeFlags(CLI::App* app, RawSeconds* seconds) {
                   "Time for which what has killed its workers is refused; 0: none")
       ->envname("AMHEX_QUARANTINE_SECONDS")
       ->capture_default_str();
+  app->add_option("--max-connection-seconds", seconds->connection_age,
+                  "Age at which a connection takes no new calls; 0: none")
+      ->envname("AMHEX_MAX_CONNECTION_SECONDS")
+      ->capture_default_str();
 }
 
 // Hides the password of URLs like postgres://user:password@host/name, which may hold an @, or
@@ -253,7 +258,8 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
                      absl::ToDoubleSeconds(options.limits.max_run_duration),
                      absl::ToDoubleSeconds(options.limits.max_retention_duration),
                      absl::ToDoubleSeconds(options.limits.default_retention_duration),
-                     absl::ToDoubleSeconds(options.limits.quarantine_duration)};
+                     absl::ToDoubleSeconds(options.limits.quarantine_duration),
+                     absl::ToDoubleSeconds(options.limits.max_connection_age)};
   CLI::App app("amhexd: turns scans into at-most-hexa volume meshes, as a gRPC service");
   app.set_version_flag("--version", std::string(kServerVersion));
   AddServingFlags(&app, &options);
@@ -277,6 +283,7 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
   options.limits.max_retention_duration = absl::Seconds(seconds.max_retention);
   options.limits.default_retention_duration = absl::Seconds(seconds.retention);
   options.limits.quarantine_duration = absl::Seconds(seconds.quarantine);
+  options.limits.max_connection_age = absl::Seconds(seconds.connection_age);
   *exit_code = 2;
   if (!options.store_file.empty()) {
     const auto text = ReadWholeFile(options.store_file);
@@ -355,6 +362,7 @@ absl::Status Validate(const ServerOptions& options) {
       limits.default_retention_duration <= absl::ZeroDuration() ||
       limits.default_retention_duration > limits.max_retention_duration ||
       limits.quarantine_duration < absl::ZeroDuration() ||
+      limits.max_connection_age < absl::ZeroDuration() ||
       options.drain_delay < absl::ZeroDuration() || options.drain_timeout < absl::ZeroDuration()) {
     return Refuse("a time is not positive, or --retention-seconds exceeds its maximum");
   }

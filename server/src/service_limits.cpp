@@ -26,6 +26,7 @@ amhex::v1::Limits ToProto(const Limits& limits) {
   out.set_min_free_disk_bytes(limits.min_free_disk_bytes);
   out.set_max_attempts(limits.max_attempts);
   *out.mutable_quarantine_duration() = ToProto(limits.quarantine_duration);
+  *out.mutable_max_connection_age() = ToProto(limits.max_connection_age);
   *out.mutable_max_run_duration() = ToProto(limits.max_run_duration);
   *out.mutable_max_retention_duration() = ToProto(limits.max_retention_duration);
   *out.mutable_default_retention_duration() = ToProto(limits.default_retention_duration);

@@ -37,6 +37,8 @@ struct Limits {
   int32_t max_attempts = 3;
   // What has killed so many workers is refused for so long; zero: never.
   absl::Duration quarantine_duration = absl::Hours(1);
+  // Older connections take no new calls, so that balancers can spread callers; zero: none is.
+  absl::Duration max_connection_age = absl::Minutes(30);
   absl::Duration max_run_duration = absl::Hours(4);
   absl::Duration max_retention_duration = absl::Hours(24 * 30);
   absl::Duration default_retention_duration = absl::Hours(24 * 7);

@@ -65,14 +65,17 @@ TEST(ServerOptionsCheck, EveryDeviceNeedsAWorker) {
 }
 
 TEST(ServerOptionsCheck, EveryLimitThatIsToldCanBeSet) {
-  const auto options =
-      Parse({"--max-blob-bytes=7",      "--max-blob-store-bytes=7", "--max-queued-jobs=7",
-             "--max-points=7",          "--max-triangles=7",        "--max-attributes=7",
-             "--max-attempts=7",        "--max-labels=7",           "--max-label-bytes=7",
-             "--max-watchers=7",        "--max-tenant-watchers=7",  "--min-free-disk-bytes=7",
-             "--quarantine-seconds=7",  "--max-uploads=7",          "--max-page-size=7",
-             "--max-run-seconds=7",     "--retention-seconds=7",    "--max-retention-seconds=8",
-             "--worker-memory-bytes=7", "--running-memory-bytes=7"});
+  const auto options = Parse({"--max-blob-bytes=7",        "--max-blob-store-bytes=7",
+                              "--max-queued-jobs=7",       "--max-points=7",
+                              "--max-triangles=7",         "--max-attributes=7",
+                              "--max-attempts=7",          "--max-labels=7",
+                              "--max-label-bytes=7",       "--max-watchers=7",
+                              "--max-tenant-watchers=7",   "--min-free-disk-bytes=7",
+                              "--quarantine-seconds=7",    "--max-connection-seconds=7",
+                              "--max-uploads=7",           "--max-page-size=7",
+                              "--max-run-seconds=7",       "--retention-seconds=7",
+                              "--max-retention-seconds=8", "--worker-memory-bytes=7",
+                              "--running-memory-bytes=7"});
   ASSERT_TRUE(options.ok()) << options.status();
   // Part of the contract: what a message may hold does not differ from server to server.
   const std::set<std::string> fixed = {"max_inline_input_bytes", "max_message_bytes",

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "amhex/v1/blob_service.grpc.pb.h"
@@ -419,6 +420,32 @@ TEST_F(ServerTest, StopEndsStreamsAndTheNextServerContinuesTheJob) {
   EXPECT_FALSE(IsFinal(frame.job().state()));
   context.TryCancel();
   stream->Finish();
+}
+
+TEST_F(ServerTest, OldConnectionsTakeNoNewCallsAndKeepThoseUnderWay) {
+  server_.reset();
+  options_.limits.max_connection_age = absl::Milliseconds(200);
+  Start();
+  const std::string go = folder_ / "go";
+  const std::string name = SubmitScript("progress 1; until " + go + "; succeed mesh;");
+  grpc::ClientContext context;
+  amhex::v1::WatchJobRequest request;
+  request.set_name(name);
+  const auto stream = mesher_->WatchJob(&context, request);
+  amhex::v1::WatchJobResponse frame;
+  ASSERT_TRUE(stream->Read(&frame));
+  for (int connection = 0; connection < 3; ++connection) {
+    EXPECT_TRUE(Eventually([&] { return channel_->GetState(false) != GRPC_CHANNEL_READY; }));
+    grpc::ClientContext call;
+    amhex::v1::ListJobsResponse jobs;
+    EXPECT_TRUE(mesher_->ListJobs(&call, {}, &jobs).ok());
+    EXPECT_EQ(jobs.jobs_size(), 1);
+  }
+  std::ofstream(go) << "x";
+  while (stream->Read(&frame)) {
+  }
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(frame.job().state(), Job::SUCCEEDED);
 }
 
 TEST_F(ServerTest, SecondServerOnTheSameFolderIsRefused) {
