@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 
+#include <cerrno>
 #include <filesystem>
 
 #include "blob_store.h"
@@ -49,10 +50,10 @@ absl::Status BlobStore::CheckRoomForInput(int64_t more_bytes) const {
   AMHEX_RETURN_IF_ERROR(CheckRoom(more_bytes));
   const int64_t reserve = limits_.min_free_disk_bytes;
   if (reserve <= 0) return absl::OkStatus();
-  AMHEX_ASSIGN_OR_RETURN(const int64_t free, FreeDiskBytes());
-  if (free - more_bytes >= reserve) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(const int64_t left, FreeDiskBytes());
+  if (left - more_bytes >= reserve) return absl::OkStatus();
   return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
-                   "the disk has " + std::to_string(free) + " bytes left, and keeps " +
+                   "the disk has " + std::to_string(left) + " bytes left, and keeps " +
                        std::to_string(reserve) + " for the queue and for results");
 }
 

@@ -132,8 +132,8 @@ void JobManager::TendQueue() {
   }
   metrics_->memory_reserved_bytes.Set(static_cast<double>(ReservedMemory()));
   metrics_->blob_store_bytes.Set(static_cast<double>(blobs_->total_bytes()));
-  if (const auto free = blobs_->FreeDiskBytes(); free.ok()) {
-    metrics_->disk_free_bytes.Set(static_cast<double>(*free));
+  if (const auto left = blobs_->FreeDiskBytes(); left.ok()) {
+    metrics_->disk_free_bytes.Set(static_cast<double>(*left));
   }
 }
 

@@ -174,17 +174,17 @@ TEST_F(BlobStoreTest, BytesBeyondTheBudgetAreRefused) {
 }
 
 TEST_F(BlobStoreTest, InputsLeaveTheDiskItsReserveAndResultsMayUseIt) {
-  const auto free = store_->FreeDiskBytes();
-  ASSERT_TRUE(free.ok()) << free.status();
-  for (const int64_t reserve : {int64_t{0}, *free / 2}) {
+  const auto left = store_->FreeDiskBytes();
+  ASSERT_TRUE(left.ok()) << left.status();
+  for (const int64_t reserve : {int64_t{0}, *left / 2}) {
     limits_.min_free_disk_bytes = reserve;
     Reopen();
     EXPECT_TRUE(store_->StartUpload(kTenant, blob_).ok()) << reserve;
     amhex::v1::BlobRef large = RefOf("large");
-    large.set_size_bytes(*free);
+    large.set_size_bytes(*left);
     EXPECT_EQ(store_->StartUpload(kTenant, large).ok(), reserve == 0);
   }
-  limits_.min_free_disk_bytes = 2 * *free;
+  limits_.min_free_disk_bytes = 2 * *left;
   Reopen();
   EXPECT_EQ(ReasonOf(store_->StartUpload(kTenant, blob_).status()), "STORAGE_FULL");
   EXPECT_EQ(ReasonOf(store_->Put(text_).status()), "STORAGE_FULL");
