@@ -42,7 +42,7 @@ class NormalOrienter {
       : points_(points), graph_(graph), normals_(normals), done_(points.size(), 0) {}
 
   absl::Status OrientAll(RunContext& run) {
-    // Highest points first: the first of each part lies on its outside and looks up.
+    // Highest points first: the first of each part lies on its outside and looks up, as a rule.
     std::vector<int32_t> order(points_.size());
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](int32_t a, int32_t b) {
@@ -54,17 +54,38 @@ class NormalOrienter {
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       Vec3d& normal = normals_[static_cast<size_t>(seed)];
       if (normal.z < 0) normal = -normal;
-      OrientFrom(seed);
+      const std::vector<int32_t> part = OrientFrom(seed);
+      if (OutwardVote(part) >= 0) continue;
+      for (const int32_t i : part)
+        normals_[static_cast<size_t>(i)] = -normals_[static_cast<size_t>(i)];
     }
     return absl::OkStatus();
   }
 
  private:
-  void OrientFrom(int32_t seed) {
+  // How far the points that are farthest out along the directions to a cube's corners, edges and
+  // faces look out; below 0 if the part is inside out.
+  double OutwardVote(const std::vector<int32_t>& part) const {
+    double vote = 0;
+    for (int k = 0; k < 27; ++k) {
+      if (k == 13) continue;
+      const Vec3d out = Normalized(Vec3d{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0});
+      const auto along = [&](int32_t i) { return Dot(points_[static_cast<size_t>(i)], out); };
+      const int32_t farthest = *std::max_element(
+          part.begin(), part.end(), [&](int32_t a, int32_t b) { return along(a) < along(b); });
+      vote += Dot(normals_[static_cast<size_t>(farthest)], out);
+    }
+    return vote;
+  }
+
+  // The points of the seed's part.
+  std::vector<int32_t> OrientFrom(int32_t seed) {
+    std::vector<int32_t> part;
     using Entry = std::tuple<double, int32_t, int32_t>;  // cost, from, to
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     const auto settle = [&](int32_t at) {
       done_[static_cast<size_t>(at)] = 1;
+      part.push_back(at);
       for (const int32_t to : graph_[static_cast<size_t>(at)]) {
         if (done_[static_cast<size_t>(to)] != 0) continue;
         queue.emplace(1 - Trust(static_cast<size_t>(at), static_cast<size_t>(to)), at, to);
@@ -79,6 +100,7 @@ class NormalOrienter {
       if (Dot(normal, normals_[static_cast<size_t>(from)]) < 0) normal = -normal;
       settle(to);
     }
+    return part;
   }
 
   // [0, 1] that two neighbours lie on one sheet: their planes agree, and each lies in the other's.

@@ -1,0 +1,61 @@
+// Normals of clouds without: along the true ones, and outward whatever the highest point looks
+// like.
+#include "input/estimate_normals.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "fixtures/damage.h"
+#include "fixtures/solids.h"
+
+namespace amhex {
+namespace {
+
+constexpr size_t kPoints = 1500;
+
+// Share of the points whose estimated normal looks out of the solid.
+double ShareLookingOut(const PointCloud& cloud) {
+  RunContext run;
+  const auto normals = EstimateNormals(cloud.points, run);
+  EXPECT_TRUE(normals.ok());
+  double out = 0;
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    EXPECT_NEAR(Norm((*normals)[i]), 1, 1e-9);
+    out += Dot((*normals)[i], cloud.normals[i]) > 0 ? 1 : 0;
+  }
+  return out / static_cast<double>(cloud.points.size());
+}
+
+TEST(EstimateNormals, NoPointsHaveNone) {
+  RunContext run;
+  EXPECT_TRUE(EstimateNormals({}, run).value().empty());
+}
+
+TEST(EstimateNormals, LookOutOfEveryBody) {
+  const TriangleMesh ball = fixtures::MakeSphere(1, 0.1);
+  const TriangleMesh two = fixtures::Joined(ball, fixtures::Translated(ball, {5, 1, 0}));
+  EXPECT_EQ(ShareLookingOut(fixtures::SampleSurface(two, kPoints, 1)), 1);
+}
+
+// Which way the highest points look is chance if they stand upright, as noise may make them.
+TEST(EstimateNormals, LookOutOfABallWithAFlagOnTop) {
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    PointCloud ball = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.1), kPoints, seed);
+    for (int i = 0; i < 25; ++i) {
+      ball.points.push_back({0, 0.05 * (i % 5 - 2), 1.05 + 0.05 * (i / 5)});
+      ball.normals.push_back({1, 0, 0});
+    }
+    EXPECT_GT(ShareLookingOut(ball), 0.95) << seed;
+  }
+}
+
+TEST(EstimateNormals, AStoppedRunEndsWithItsStatus) {
+  RunContext run;
+  run.RequestStop();
+  EXPECT_EQ(EstimateNormals({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, run).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
