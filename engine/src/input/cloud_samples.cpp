@@ -26,6 +26,8 @@ constexpr size_t kAreaNeighbours = 12;
 constexpr int kSearchedNeighbours = 32;
 // A point this much farther from its neighbours than those from theirs is none of the surface.
 constexpr double kOutlierRatio = 6.0;
+constexpr char kOutliersLeftOut[] =
+    "outliers, much farther from their neighbours than those from theirs, left out";
 constexpr double kSameSideCosine = 0.2;
 // Normals of equal points that add up to less than this share of their lengths point nowhere.
 constexpr double kCancelledRatio = 1e-12;
@@ -158,9 +160,41 @@ void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
   if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
 }
 
+// As SettleSpacing does, but among more neighbours: of the nearest few most may be outliers too.
+int64_t LeaveOutliersOut(CloudSamples& samples, const RunContext& run) {
+  const PointTree tree(samples.position);
+  std::vector<std::vector<PointTree::Neighbour>> near(samples.position.size());
+  std::vector<double> distance(near.size());
+  tbb::parallel_for(size_t{0}, near.size(), [&](size_t i) {
+    if (run.ShouldStop()) return;
+    tree.Nearest(samples.position[i], kSearchedNeighbours, near[i]);
+    const size_t eighth = std::min<size_t>(near[i].size() - 1, 8);
+    distance[i] = std::sqrt(near[i][eighth].squared_distance);
+  });
+  if (run.ShouldStop()) return 0;
+  size_t kept = 0;
+  for (size_t i = 0; i < near.size(); ++i) {
+    std::vector<double> others;
+    for (const auto& n : near[i]) others.push_back(distance[static_cast<size_t>(n.index)]);
+    if (distance[i] > kOutlierRatio * MedianOf(others)) continue;
+    samples.position[kept] = samples.position[i];
+    samples.normal[kept++] = samples.normal[i];
+  }
+  samples.position.resize(kept), samples.normal.resize(kept);
+  return static_cast<int64_t>(near.size() - kept);
+}
+
+// Outliers are left out first: planes would draw them to the surface or to each other, where
+// nothing tells them any more.
 absl::Status EvenOutNoise(RunContext& run, CloudSamples& samples,
                           std::vector<std::string>& warnings) {
-  AMHEX_ASSIGN_OR_RETURN(const int neighbours, SmoothNoise(samples.normal, run, samples.position));
+  CloudSamples even = samples;
+  const int64_t outliers = LeaveOutliersOut(even, run);
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  AMHEX_ASSIGN_OR_RETURN(const int neighbours, SmoothNoise(even.normal, run, even.position));
+  if (neighbours == 0) return absl::OkStatus();
+  samples = std::move(even);
+  Note(outliers, kOutliersLeftOut, warnings);
   Note(neighbours, "noise larger than the distance of the points, evened out over neighbours",
        warnings);
   return absl::OkStatus();
@@ -189,8 +223,7 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   }
   const std::vector<Neighbourhood> hoods = MeasureNeighbourhoods(samples, run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  Note(SettleSpacing(hoods, samples),
-       "outliers, much farther from their neighbours than those from theirs, left out", warnings);
+  Note(SettleSpacing(hoods, samples), kOutliersLeftOut, warnings);
   if (cloud.normals.empty()) {
     AMHEX_ASSIGN_OR_RETURN(const int64_t turned, HollowNestedParts(run, samples));
     Note(turned,
