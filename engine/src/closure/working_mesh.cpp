@@ -6,9 +6,8 @@
 namespace amhex {
 namespace {
 
-// Three of each in a large mesh of hexahedra; one more for the hull and for smaller cells.
+// Three in a large mesh of hexahedra; one more for the hull and for smaller cells.
 constexpr size_t kFacesPerCell = 4;
-constexpr size_t kEdgesPerCell = 4;
 
 }  // namespace
 
@@ -48,9 +47,11 @@ WorkingMesh::WorkingMesh(const CellComplex& complex, const StopPoll& poll)
     : vertices_(complex.vertices) {
   const size_t count = complex.cells.size();
   cells_.reserve(count), types_.reserve(count), alive_.reserve(count), half_faces_.reserve(count);
-  face_index_.reserve(count * kFacesPerCell);
+  faces_.reserve(count * kFacesPerCell);
   owners_.reserve(2 * count * kFacesPerCell);
-  cells_at_edge_.reserve(count * kEdgesPerCell);
+  first_face_.assign(vertices_.size(), kEnd);
+  first_cell_.assign(vertices_.size(), kEnd);
+  next_cell_.reserve(count * kMaxVertices);
   for (const CellCorners& corners : complex.cells) {
     poll.At(cell_slots());
     AddCell(corners);
@@ -74,7 +75,7 @@ CellComplex WorkingMesh::ToComplex(const StopPoll& poll) const {
   return complex;
 }
 
-WorkingMesh::FaceKey WorkingMesh::KeyOf(const CellFace& face, int* orientation) {
+int32_t WorkingMesh::EntryOf(const CellFace& face, FaceEntry* entry, int* orientation) {
   int first = 0;
   for (int j = 1; j < face.count; ++j) {
     if (face.v[j] < face.v[first]) first = j;
@@ -84,38 +85,73 @@ WorkingMesh::FaceKey WorkingMesh::KeyOf(const CellFace& face, int* orientation) 
   *orientation = next < previous ? 1 : 0;
   // The vertex opposite the smallest tells apart the rings that four vertices can form.
   const int32_t opposite = face.count == 4 ? face.v[(first + 2) % 4] : -1;
-  const auto pair = [](int32_t high, int32_t low) {
-    return static_cast<uint64_t>(static_cast<uint32_t>(high)) << 32 | static_cast<uint32_t>(low);
-  };
-  return {pair(face.v[first], std::min(next, previous)), pair(std::max(next, previous), opposite)};
+  *entry = {std::min(next, previous), std::max(next, previous), opposite, kEnd};
+  return face.v[first];
+}
+
+int32_t WorkingMesh::FindFace(int32_t smallest, const FaceEntry& entry) const {
+  if (smallest >= static_cast<int32_t>(first_face_.size())) return kEnd;
+  int32_t face = first_face_[smallest];
+  for (; face != kEnd; face = faces_[face].next) {
+    const FaceEntry& known = faces_[face];
+    if (known.low == entry.low && known.high == entry.high && known.opposite == entry.opposite) {
+      break;
+    }
+  }
+  return face;
 }
 
 int WorkingMesh::HalfFace(const CellFace& face) {
+  FaceEntry entry;
   int orientation = 0;
-  const FaceKey key = KeyOf(face, &orientation);
-  const auto [it, inserted] = face_index_.try_emplace(key, static_cast<int>(owners_.size() / 2));
-  if (inserted) owners_.insert(owners_.end(), 2, kOpen);
-  return 2 * it->second + orientation;
+  const int32_t smallest = EntryOf(face, &entry, &orientation);
+  int32_t found = FindFace(smallest, entry);
+  if (found == kEnd) {
+    if (first_face_.size() < vertices_.size()) first_face_.resize(vertices_.size(), kEnd);
+    found = static_cast<int32_t>(faces_.size());
+    entry.next = first_face_[smallest];
+    first_face_[smallest] = found;
+    faces_.push_back(entry);
+    owners_.insert(owners_.end(), 2, kOpen);
+  }
+  return 2 * found + orientation;
 }
 
 int WorkingMesh::FindHalfFace(const CellFace& face) const {
+  FaceEntry entry;
   int orientation = 0;
-  const FaceKey key = KeyOf(face, &orientation);
-  const auto it = face_index_.find(key);
-  return it == face_index_.end() ? -1 : 2 * it->second + orientation;
+  const int32_t smallest = EntryOf(face, &entry, &orientation);
+  const int32_t found = FindFace(smallest, entry);
+  return found == kEnd ? -1 : 2 * found + orientation;
 }
 
-uint64_t WorkingMesh::EdgeKey(int32_t a, int32_t b) {
-  return (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
+void WorkingMesh::LinkCell(int cell) {
+  if (first_cell_.size() < vertices_.size()) first_cell_.resize(vertices_.size(), kEnd);
+  int32_t link = kMaxVertices * cell;
+  next_cell_.resize(static_cast<size_t>(link) + kMaxVertices, kEnd);
+  for (const int32_t v : VerticesOf(cells_[cell])) {
+    next_cell_[link] = first_cell_[v];
+    first_cell_[v] = link++;
+  }
 }
 
-void WorkingMesh::CountEdges(const CellCorners& corners, int change) {
-  for (const auto& [a, b] : EdgesOf(corners)) cells_at_edge_[EdgeKey(a, b)] += change;
+void WorkingMesh::UnlinkCell(int cell) {
+  for (const int32_t v : VerticesOf(cells_[cell])) {
+    int32_t* link = &first_cell_[v];
+    while (*link / kMaxVertices != cell) link = &next_cell_[*link];
+    *link = next_cell_[*link];
+  }
 }
 
 int WorkingMesh::CellsAtEdge(int32_t a, int32_t b) const {
-  const auto it = cells_at_edge_.find(EdgeKey(a, b));
-  return it == cells_at_edge_.end() ? 0 : it->second;
+  if (a >= static_cast<int32_t>(first_cell_.size())) return 0;
+  const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
+  int count = 0;
+  for (int32_t link = first_cell_[a]; link != kEnd; link = next_cell_[link]) {
+    const CellEdges edges = EdgesOf(cells_[link / kMaxVertices]);
+    if (std::find(edges.begin(), edges.end(), edge) != edges.end()) ++count;
+  }
+  return count;
 }
 
 bool WorkingMesh::IsUsed(const CellFace& face) const {
@@ -147,13 +183,14 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   for (int i = 0; i < faces.count; ++i) owners_[halves[i]] = cell;
   NoteOpen(halves[0]);
   for (int i = 0; i < faces.count; ++i) NoteOpen(halves[i] ^ 1);
-  CountEdges(corners, 1);
+  LinkCell(cell);
   return cell;
 }
 
 void WorkingMesh::RemoveCell(int cell) {
+  if (!alive(cell)) return;
   alive_[cell] = 0;
-  CountEdges(cells_[cell], -1);
+  UnlinkCell(cell);
   has_open_[cell / 64] &= ~(uint64_t{1} << cell % 64);
   for (const int32_t half : half_faces_[cell]) {
     if (half < 0) break;

@@ -6,10 +6,8 @@
 
 #include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
-#include "absl/container/flat_hash_map.h"
 #include "amhex/vec3.h"
 #include "amhex/volume_mesh.h"
 #include "assembly/cell_complex.h"
@@ -73,7 +71,7 @@ class WorkingMesh {
   int AddVertex(const Vec3d& position);
   // Adds a cell; -1, and no change, if it is no known type or one of its half-faces is taken.
   int AddCell(const CellCorners& corners);
-  // Removes a cell; its hull faces stop being hull.
+  // Removes a living cell; its hull faces stop being hull.
   void RemoveCell(int cell);
   // Declares the far side of a cell's outward face to be the hull, if that side is free.
   void MarkHull(const CellFace& outward_face);
@@ -87,17 +85,21 @@ class WorkingMesh {
   std::vector<std::vector<int>> CellsAtVertices(const StopPoll& poll = {}) const;
 
  private:
-  struct FaceKey {
-    uint64_t first, second;  // two vertices each
-    bool operator==(const FaceKey&) const = default;
-    template <class Hash>
-    friend Hash AbslHashValue(Hash hash, const FaceKey& key) {
-      return Hash::combine(std::move(hash), key.first, key.second);
-    }
+  // A face but for its smallest vertex, whose list it is in.
+  struct FaceEntry {
+    int32_t low, high;  // neighbours of the smallest vertex
+    int32_t opposite;   // -1 in a triangle
+    int32_t next;       // face of the same smallest vertex; kEnd
   };
-  static FaceKey KeyOf(const CellFace& face, int* orientation);
-  static uint64_t EdgeKey(int32_t a, int32_t b);
-  void CountEdges(const CellCorners& corners, int change);
+  static constexpr int32_t kEnd = -1;
+  static constexpr int kMaxVertices = 8;  // of a cell
+
+  // A face's smallest vertex, entry and orientation.
+  static int32_t EntryOf(const CellFace& face, FaceEntry* entry, int* orientation);
+  // Face at `smallest` with the vertices of `entry`; kEnd.
+  int32_t FindFace(int32_t smallest, const FaceEntry& entry) const;
+  void LinkCell(int cell);
+  void UnlinkCell(int cell);
   // Notes whether the living cell behind `half_face`, if any, has open faces now.
   void NoteOpen(int half_face);
 
@@ -107,9 +109,13 @@ class WorkingMesh {
   std::vector<uint8_t> alive_;
   std::vector<HalfFaces> half_faces_;  // [cell]
   std::vector<uint64_t> has_open_;     // bit c % 64 of entry c / 64: the cell has an open face
-  absl::flat_hash_map<FaceKey, int> face_index_;      // only looked up, never iterated
-  std::vector<int32_t> owners_;                       // [half_face]
-  absl::flat_hash_map<uint64_t, int> cells_at_edge_;  // only looked up
+  std::vector<int32_t> owners_;        // [half_face]
+  // Few faces share their smallest vertex, few cells a vertex: lists are faster here than hashing,
+  // and a copy of them is a copy of memory.
+  std::vector<int32_t> first_face_;  // [vertex] of those whose smallest it is; kEnd
+  std::vector<FaceEntry> faces_;     // [face]
+  std::vector<int32_t> first_cell_;  // [vertex] link of a living cell at it; kEnd
+  std::vector<int32_t> next_cell_;   // [kMaxVertices * cell + k] next link at its k-th vertex
 };
 
 }  // namespace amhex
