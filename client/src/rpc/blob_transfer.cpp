@@ -10,6 +10,9 @@ namespace amhex::client {
 namespace {
 
 constexpr int64_t kDefaultChunkBytes = 1024 * 1024;
+// Room for so much of a download is made at once; beyond it the server's word for a size is not
+// enough.
+constexpr int64_t kMaxReservedBytes = int64_t{1} << 30;
 
 absl::Status CheckEncoding(const v1::MeshingResult& result) {
   if (result.encoding() == v1::MESH_ENCODING_ARRAYS) return absl::OkStatus();
@@ -28,14 +31,16 @@ absl::Status Client::Implementation::WriteFrom(
   SilenceGuard silence(call.context(), kTransferSilenceFactor * options.longest_silence);
   int64_t offset = *committed;
   bool open = true;
+  v1::WriteBlobRequest
+      request;  // one for all chunks: fresh pages for each cost more than sending it
+  *request.mutable_blob() = blob;
   do {
-    v1::WriteBlobRequest request;
-    if (offset == *committed) *request.mutable_blob() = blob;
     const int64_t length = std::min(chunk_bytes, blob.size_bytes() - offset);
     request.set_offset(offset);
     request.set_data(bytes.data() + offset, static_cast<size_t>(length));
     request.set_finish(offset + length == blob.size_bytes());
     open = writer->Write(request);  // false when the server has answered early
+    request.clear_blob();           // the first chunk has named it
     silence.Renew();
     offset += length;
     if (open && on_progress) on_progress(offset, blob.size_bytes());
@@ -114,6 +119,7 @@ absl::Status Client::Implementation::ReadRest(
     const v1::BlobRef& blob, const std::function<void(int64_t, int64_t)>& on_progress,
     std::string* bytes) {
   Patience patience = NewPatience();
+  bytes->reserve(static_cast<size_t>(std::clamp<int64_t>(blob.size_bytes(), 0, kMaxReservedBytes)));
   while (bytes->empty() || static_cast<int64_t>(bytes->size()) < blob.size_bytes()) {
     const size_t before = bytes->size();
     absl::Status status = ReadInto(blob, on_progress, bytes);
