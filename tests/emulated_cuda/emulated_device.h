@@ -17,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
@@ -43,6 +44,20 @@ struct Stream {
 struct Event {
   int64_t recorded = 0;
   int64_t reached = 0;
+  int64_t missed = 0;  // the latest that somebody asked for too early
+};
+
+// Blocks that were freed wait here for somebody who wants as many bytes; nothing is cut or joined,
+// so that memory is in as many pieces as it can be.
+struct Pool {
+  int64_t used = 0;
+  std::multiset<size_t> unused;
+  uint64_t kept_bytes = 0;  // when somebody has waited
+
+  int64_t unused_bytes() const {
+    return std::accumulate(unused.begin(), unused.end(), int64_t{0},
+                           [](int64_t sum, size_t bytes) { return sum + int64_t(bytes); });
+  }
 };
 
 struct Graph {
@@ -53,9 +68,12 @@ struct Graph {
 struct Controls {
   int64_t capacity = int64_t{8} << 30;
   int64_t used = 0;
-  int64_t peak = 0;
+  int64_t unused = 0;    // held by pools
+  int64_t peak = 0;      // of what is used
   int64_t calls = 0;     // that may fail, so far
   int64_t waits = 0;     // calls that blocked the host
+  int64_t looks = 0;     // events that the host asked for before they were reached
+  int64_t made = 0;      // streams, pools and pieces of pinned memory
   int64_t launches = 0;  // kernels run
   int64_t replays = 0;   // graphs launched
   int64_t uploads = 0;   // copies from the host
@@ -92,24 +110,50 @@ class Device {
     if (lasting_failure_ != kSuccess) return lasting_failure_;
     if (controls.calls++ != controls.failing_call) return kSuccess;
     if (controls.is_sticky) lasting_failure_ = controls.failure;
+    // Somebody else has taken the rest.
+    if (controls.failure == kOutOfMemory) controls.capacity = controls.used;
     return controls.failure;
   }
 
   // As after a new start of the process.
   void Restart() {
     lasting_failure_ = kSuccess;
-    const int64_t used = controls.used;
+    const int64_t used = controls.used, unused = controls.unused;
     controls = Controls();
     controls.used = controls.peak = used;
+    controls.unused = unused;
   }
 
   Stream* CreateStream() {
+    ++controls.made;
     streams_.push_back(std::make_unique<Stream>());
     return streams_.back().get();
   }
   void DestroyStream(Stream* stream) {
     Drain(*stream);
     std::erase_if(streams_, [=](const auto& own) { return own.get() == stream; });
+  }
+
+  Pool* CreatePool() {
+    ++controls.made;
+    pools_.push_back(std::make_unique<Pool>());
+    return pools_.back().get();
+  }
+  // It ends with what is taken from it.
+  void DestroyPool(Pool* pool) {
+    Trim(*pool);
+    pool->kept_bytes = 0;
+  }
+  void Trim(Pool& pool) {
+    controls.unused -= pool.unused_bytes();
+    pool.unused.clear();
+  }
+  // Somebody has waited.
+  void ReleaseUnused() {
+    for (const auto& pool : pools_) {
+      const int64_t held = pool->used + pool->unused_bytes();
+      if (held > static_cast<int64_t>(pool->kept_bytes)) Trim(*pool);
+    }
   }
 
   void Enqueue(Stream& stream, Command command) {
@@ -129,32 +173,63 @@ class Device {
     while (!stream.waiting.empty()) RunNext(stream);
   }
 
-  int Allocate(Stream& stream, size_t bytes, void** memory) {
+  int Allocate(Stream& stream, Pool& pool, size_t bytes, void** memory) {
     if (stream.is_capturing) return kCaptureUnsupported;
-    if (controls.used + static_cast<int64_t>(bytes) > controls.capacity) return kOutOfMemory;
+    const auto size = static_cast<int64_t>(bytes);
+    const auto again = pool.unused.find(bytes);
+    if (again != pool.unused.end()) {
+      pool.unused.erase(again);
+      controls.unused -= size;
+    } else if (controls.used + controls.unused + size > controls.capacity) {
+      return kOutOfMemory;
+    }
     *memory = std::malloc(bytes);
     std::memset(*memory, kFreshMemory, bytes);
-    controls.used += static_cast<int64_t>(bytes);
+    pool.used += size;
+    controls.used += size;
     controls.peak = std::max(controls.peak, controls.used);
-    sizes_[*memory] = bytes;
+    blocks_[*memory] = {bytes, &pool};
     return kSuccess;
   }
   // What is asked for later in the same stream may take its place.
   int Free(Stream& stream, void* memory) {
     if (stream.is_capturing) return kCaptureUnsupported;
-    const auto found = sizes_.find(memory);
-    if (found == sizes_.end()) {
+    const auto found = blocks_.find(memory);
+    if (found == blocks_.end()) {
       ++controls.stray_frees;
       return kInvalidValue;
     }
-    const size_t bytes = found->second;
-    sizes_.erase(found);
+    const auto [bytes, pool] = found->second;
+    blocks_.erase(found);
+    pool->used -= static_cast<int64_t>(bytes);
     controls.used -= static_cast<int64_t>(bytes);
-    Enqueue(stream, [memory, bytes] {
+    if (pool->kept_bytes > 0) {
+      pool->unused.insert(bytes);
+      controls.unused += static_cast<int64_t>(bytes);
+    }
+    Enqueue(stream, [memory = memory, bytes = bytes] {
       std::memset(memory, kFreedMemory, bytes);
       std::free(memory);
     });
     return kSuccess;
+  }
+
+  void* AllocatePinned(size_t bytes) {
+    ++controls.made;
+    void* const memory = std::malloc(bytes);
+    pinned_[static_cast<const char*>(memory)] = bytes;
+    return memory;
+  }
+  void FreePinned(void* memory) {
+    pinned_.erase(static_cast<const char*>(memory));
+    std::free(memory);
+  }
+  bool IsPinned(const void* place) const {
+    const auto* const byte = static_cast<const char*>(place);
+    auto next = pinned_.upper_bound(byte);
+    if (next == pinned_.begin()) return false;
+    --next;
+    return byte < next->first + next->second;
   }
 
   // Host memory that is not pinned is read at once, and written before the call returns.
@@ -162,7 +237,7 @@ class Device {
            bool is_download) {
     if (is_upload) ++controls.uploads, controls.uploaded_bytes += static_cast<int64_t>(bytes);
     if (is_download) ++controls.downloads, controls.downloaded_bytes += static_cast<int64_t>(bytes);
-    if (is_upload && !pinned.contains(from)) {
+    if (is_upload && !IsPinned(from)) {
       const auto* first = static_cast<const char*>(from);
       Enqueue(stream, [to, staged = std::vector<char>(first, first + bytes)] {
         std::memcpy(to, staged.data(), staged.size());
@@ -170,7 +245,7 @@ class Device {
       return kSuccess;
     }
     Enqueue(stream, [=] { std::memcpy(to, from, bytes); });
-    if (is_download && !pinned.contains(to)) {
+    if (is_download && !IsPinned(to)) {
       if (stream.is_capturing) return kCaptureUnsupported;
       ++controls.waits;
       Drain(stream);
@@ -179,7 +254,6 @@ class Device {
   }
 
   Controls controls;
-  std::set<const void*> pinned;
 
  private:
   static constexpr int kFreshMemory = 0xCD;
@@ -193,7 +267,13 @@ class Device {
 
   std::recursive_mutex mutex_;
   std::vector<std::unique_ptr<Stream>> streams_;
-  std::map<void*, size_t> sizes_;
+  std::vector<std::unique_ptr<Pool>> pools_;
+  struct Block {
+    size_t bytes;
+    Pool* pool;
+  };
+  std::map<void*, Block> blocks_;
+  std::map<const char*, size_t> pinned_;
   int lasting_failure_ = kSuccess;
 };
 

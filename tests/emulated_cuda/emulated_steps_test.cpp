@@ -216,6 +216,41 @@ TEST_F(EmulatedSteps, AHierarchyThatWasBuiltOnTheDeviceIsThereAlready) {
   EXPECT_EQ(controls().uploads, 3);
 }
 
+// What only the device asks stays there; whoever asks on the host gets what the host would build.
+TEST_F(EmulatedSteps, AHierarchyThatTheDeviceAsksIsFetchedWhenTheHostAsks) {
+  const TriangleMesh sphere = fixtures::MakeSphere(2, 0.08);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  const HullQueries there(sphere.vertices, sphere.triangles, {}, &*device, HullAskers::kDevice);
+  const HullQueries here(sphere.vertices, sphere.triangles);
+  const std::vector<Vec3d> few(sphere.vertices.begin(), sphere.vertices.begin() + 20);
+  const WindingAround<PlainPoints> question{PointsOf(few)};
+  const auto answers = HullAsker(there, &*device, {}).Ask(question);
+  ASSERT_TRUE(answers.ok()) << answers.status();
+  EXPECT_EQ(*answers, *HullAsker(here, nullptr, {}).Ask(question));
+  EXPECT_FALSE(there.is_here());
+  EXPECT_LT(controls().downloaded_bytes, UploadedArrays<CpuExecutor>::Bytes(here.view()) / 50);
+  for (const Vec3d& p : few) {
+    const HullPoint a = there.Closest(p * 0.9), b = here.Closest(p * 0.9);
+    EXPECT_EQ(a.point, b.point);
+    EXPECT_EQ(a.triangle, b.triangle);
+  }
+  EXPECT_TRUE(there.is_here());
+  EXPECT_GE(controls().downloaded_bytes, UploadedArrays<CpuExecutor>::Bytes(here.view()));
+}
+
+// Eight levels are split before the host looks.
+TEST_F(EmulatedSteps, HierarchiesHardlyKeepTheHostWaiting) {
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  for (const double spacing : {0.16, 0.08, 0.04}) {
+    device_->Restart();
+    const TriangleMesh sphere = fixtures::MakeSphere(2, spacing);
+    const HullQueries there(sphere.vertices, sphere.triangles, {}, &*device, HullAskers::kDevice);
+    EXPECT_LE(controls().waits + controls().looks, 10) << sphere.triangles.size();
+  }
+}
+
 // However often it is asked: the same cube of many more triangles costs little more than one copy
 // of these in each form, as the hull and as patches.
 TEST_F(EmulatedSteps, JobsUploadTheirHullOnce) {

@@ -42,8 +42,8 @@ using CudaTask =
                  HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
                  HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
                  HullBatch<HullFacesOf>*, HullBatch<fields::WallLoweringOf>*, HullTreeTask*,
-                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
-                 SearchPrimitivesTask*>;
+                 HullFetchTask*, SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*,
+                 CollectFacesTask*, SearchPrimitivesTask*>;
 
 extern "C" {
 

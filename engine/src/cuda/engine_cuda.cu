@@ -14,6 +14,7 @@
 
 #include "cuda/cuda_interface.h"
 #include "exec/cuda_executor.cuh"
+#include "exec/cuda_lane.cuh"
 #include "fields/cluster_impl.h"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
@@ -84,9 +85,10 @@ CudaResult ResultOf(CudaFault fault) {
 void RequireMemory(int64_t needed, const std::string& purpose) {
   size_t free = 0, total = 0;
   CheckCuda(cudaMemGetInfo(&free, &total), "ask for the device's memory");
-  if (needed <= static_cast<int64_t>(free)) return;
+  const int64_t available = static_cast<int64_t>(free) + CudaLane::UnusedBytes();
+  if (needed <= available) return;
   throw CudaError(purpose + " needs about " + std::to_string(needed) + " bytes of device memory, " +
-                      std::to_string(free) + " of " + std::to_string(total) + " are free",
+                      std::to_string(available) + " of " + std::to_string(total) + " are free",
                   CudaFault::kOutOfMemory);
 }
 
@@ -149,6 +151,11 @@ CudaResult Run(HullTreeTask& task) {
   return CudaResult::kDone;
 }
 
+CudaResult Run(HullFetchTask& task) {
+  task.copy = HullCopy<CudaExecutor>(*task.resident);
+  return CudaResult::kDone;
+}
+
 CudaResult Run(SampleTask& task) {
   RequireMemory(HullSampling<CudaExecutor>::Bytes(task),
                 "sampling the hull at " + std::to_string(task.candidate_count) + " places");
@@ -201,6 +208,7 @@ CudaResult Guard(char* text, size_t capacity, const Step& step) {
   try {
     return step();
   } catch (const CudaError& error) {
+    CudaLane::Forget();
     Write(error.what(), text, capacity);
     return ResultOf(error.fault());
   } catch (const std::bad_alloc&) {

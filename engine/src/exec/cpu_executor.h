@@ -59,6 +59,11 @@ class CpuExecutor {
     std::copy_n(buffer.View().data, count, host);
   }
 
+  template <class T>
+  void CopyOutLater(const HostBuffer<T>& buffer, int64_t count, T* host) {
+    CopyOut(buffer, count, host);
+  }
+
   template <class Body>
   void ForEach(const char* /*description*/, int64_t count, const Body& body) {
     const auto run = [&](int64_t begin, int64_t end) {

@@ -1,4 +1,4 @@
-// Runs bodies on one CUDA device, ordered on one stream of its own.
+// Runs bodies on one CUDA device, ordered on one stream.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -9,15 +9,18 @@
 #include <bit>
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_reduce.cuh>
 #include <cub/device/device_scan.cuh>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "base/platform.h"
+#include "exec/cuda_lane.cuh"
 #include "exec/cuda_memory.cuh"
 #include "exec/executor.h"
 
@@ -42,50 +45,66 @@ __global__ void ForEachOfKernel(ArrayView<const int64_t> count, Body body,
   if (index < count[0] && !IsStopSet(stop_flag)) body(index);
 }
 
-// One per run; used from one host thread. Every operation throws CudaError when it fails.
+// One per task; used from one host thread. Every operation throws CudaError when it fails.
 class CudaExecutor {
  public:
   template <class T>
   using BufferOf = DeviceBuffer<T>;
 
   explicit CudaExecutor(std::function<bool()> should_stop = {})
-      : should_stop_(std::move(should_stop)), stop_flag_(1, stream_.get()) {
-    CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 0, sizeof(int32_t), stream_.get()),
-              "clear the stop flag");
-    // The stop stream is ordered after nothing: the flag must be there before it can be set.
-    CheckCuda(cudaStreamSynchronize(stream_.get()), "clear the stop flag");
-  }
-  // Memory is freed in stream order: nothing may be under way when the owner's arrays go.
+      : should_stop_(std::move(should_stop)) {}
+  // Nothing may be under way that others could overtake. Tasks that end well have waited already.
   ~CudaExecutor() {
-    cudaStreamSynchronize(stop_stream_.get());
-    cudaStreamSynchronize(stream_.get());
+    try {
+      if (is_stopped_) {
+        lane_->WaitAndClearStopFlag();
+      } else if (!lane_->is_idle()) {
+        lane_->Wait();
+      }
+    } catch (const CudaError&) {
+      CudaLane::Forget();
+    }
   }
+  CudaExecutor(const CudaExecutor&) = delete;
+  CudaExecutor& operator=(const CudaExecutor&) = delete;
 
   template <class T>
   DeviceBuffer<T> Alloc(int64_t count) {
-    return DeviceBuffer<T>(count, stream_.get());
+    return {count == 0 ? nullptr : Allocate(Bytes<T>(count)), count, lane_->stream()};
   }
 
+  // Small arrays are on their way when this returns, out of a copy; for others the host waits.
   template <class T>
   void CopyIn(const T* host, int64_t count, DeviceBuffer<T>& buffer) {
     if (count == 0) return;
-    CheckCuda(cudaMemcpyAsync(buffer.View().data, host, Bytes<T>(count), cudaMemcpyHostToDevice,
-                              stream_.get()),
+    uint8_t* const staged = Stage(Bytes<T>(count));
+    if (staged != nullptr) std::memcpy(staged, host, Bytes<T>(count));
+    const void* const from = staged != nullptr ? static_cast<const void*>(staged) : host;
+    CheckCuda(cudaMemcpyAsync(buffer.View().data, from, Bytes<T>(count), cudaMemcpyHostToDevice,
+                              lane_->BusyStream()),
               "copy to the device");
+    if (staged == nullptr) Synchronize();
+  }
+
+  template <class T>
+  void CopyOut(const DeviceBuffer<T>& buffer, int64_t count, T* host) {
+    CopyOutLater(buffer, count, host);
     Synchronize();
   }
 
   // A copy to memory that is not pinned keeps the host until all before it is done, and the host
-  // could not ask whether to stop: so it asks first and copies when there is nothing to wait for.
+  // could not ask whether to stop: so large ones, which are not staged, begin when there is nothing
+  // else to wait for.
   template <class T>
-  void CopyOut(const DeviceBuffer<T>& buffer, int64_t count, T* host) {
-    Synchronize();
-    if (count > 0) {
-      CheckCuda(cudaMemcpyAsync(host, buffer.View().data, Bytes<T>(count), cudaMemcpyDeviceToHost,
-                                stream_.get()),
-                "copy from the device");
-      CheckCuda(cudaStreamSynchronize(stream_.get()), "copy from the device");
-    }
+  void CopyOutLater(const DeviceBuffer<T>& buffer, int64_t count, T* host) {
+    if (count == 0) return;
+    uint8_t* const staged = Stage(Bytes<T>(count));
+    if (staged == nullptr) Synchronize();
+    void* const to = staged != nullptr ? static_cast<void*>(staged) : host;
+    CheckCuda(cudaMemcpyAsync(to, buffer.View().data, Bytes<T>(count), cudaMemcpyDeviceToHost,
+                              lane_->BusyStream()),
+              "copy from the device");
+    if (staged != nullptr) lane_->DeliverLater(staged, Bytes<T>(count), host);
   }
 
   template <class Body>
@@ -119,7 +138,7 @@ class CudaExecutor {
         thrust::make_transform_iterator(thrust::counting_iterator<int64_t>(0), body);
     WithScratch(description, [&](void* scratch, size_t& bytes) {
       return cub::DeviceReduce::Reduce(scratch, bytes, values, total.data, count,
-                                       ::cuda::std::plus<>{}, int64_t{0}, stream_.get());
+                                       ::cuda::std::plus<>{}, int64_t{0}, lane_->BusyStream());
     });
   }
 
@@ -127,7 +146,7 @@ class CudaExecutor {
     if (count == 0) return;
     int32_t* data = values.View().data;
     WithScratch("scan", [&](void* scratch, size_t& bytes) {
-      return cub::DeviceScan::ExclusiveSum(scratch, bytes, data, data, count, stream_.get());
+      return cub::DeviceScan::ExclusiveSum(scratch, bytes, data, data, count, lane_->BusyStream());
     });
   }
 
@@ -136,9 +155,9 @@ class CudaExecutor {
     if (count == 0) return;
     const int bits = Larger(1, static_cast<int>(std::bit_width(largest_key)));
     WithScratch("sort", [&](void* scratch, size_t& bytes) {
-      return cub::DeviceRadixSort::SortPairs(scratch, bytes, pairs.key.View().data,
-                                             sorted.key.View().data, pairs.id.View().data,
-                                             sorted.id.View().data, count, 0, bits, stream_.get());
+      return cub::DeviceRadixSort::SortPairs(
+          scratch, bytes, pairs.key.View().data, sorted.key.View().data, pairs.id.View().data,
+          sorted.id.View().data, count, 0, bits, lane_->BusyStream());
     });
   }
 
@@ -167,23 +186,22 @@ class CudaExecutor {
     CudaGraph graph;
     for (int32_t i = called; i < count && pipeline.GoesOn(); i += kStepsPerGraph) {
       if (i == called) {
-        graph.Capture(stream_.get(), [&] {
+        graph.Capture(lane_->BusyStream(), [&] {
           for (int s = 0; s < kStepsPerGraph; ++s) pipeline.TakeStep(s, step);
         });
       }
-      pipeline.Enqueue(kStepsPerGraph, observer, [&] { graph.Launch(stream_.get()); });
+      pipeline.Enqueue(kStepsPerGraph, observer, [&] { graph.Launch(lane_->BusyStream()); });
     }
     pipeline.Finish(observer);
   }
 
   // Waits for everything so far, asking all the while whether to stop.
   void Synchronize() {
-    CheckCuda(cudaEventRecord(synchronized_.get(), stream_.get()), "record an event");
-    WaitFor(synchronized_);
+    WaitFor(lane_->RecordEnd());
+    lane_->SetIdle(true);
   }
   bool Stopped() const { return is_stopped_; }
-  cudaStream_t stream() const { return stream_.get(); }
-  const int32_t* stop_flag() const { return stop_flag_.View().data; }
+  const int32_t* stop_flag() const { return lane_->stop_flag(); }
 
   // For kernels written by hand beside ForEach: false once the run should stop.
   bool MayLaunch() { return !PollStop(); }
@@ -200,7 +218,7 @@ class CudaExecutor {
     cudaLaunchConfig_t config = {};
     config.gridDim = dim3(static_cast<unsigned>(block_count));
     config.blockDim = dim3(static_cast<unsigned>(thread_count));
-    config.stream = stream_.get();
+    config.stream = lane_->BusyStream();
     CheckCuda(cudaLaunchKernelEx(&config, kernel, arguments...), description);
   }
 
@@ -218,10 +236,13 @@ class CudaExecutor {
         : executor_(executor),
           state_(state),
           history_(executor.Alloc<int64_t>(state.size() * kStepsPerGraph)),
-          host_{PinnedBuffer<int64_t>(Larger(int64_t{1}, history_.size())),
-                PinnedBuffer<int64_t>(Larger(int64_t{1}, history_.size()))} {}
+          host_(executor.lane_->States(2 * history_.size())) {}
     // The device writes to the pinned memory until it is done.
-    ~Pipeline() { cudaStreamSynchronize(executor_.stream()); }
+    ~Pipeline() {
+      if (is_under_way_) cudaStreamSynchronize(executor_.lane_->stream());
+    }
+    Pipeline(const Pipeline&) = delete;
+    Pipeline& operator=(const Pipeline&) = delete;
 
     template <class Step>
     void TakeStep(int place, const Step& step) {
@@ -229,7 +250,7 @@ class CudaExecutor {
       if (state_.size() == 0) return;
       CheckCuda(cudaMemcpyAsync(history_.View().data + place * state_.size(), state_.View().data,
                                 Bytes<int64_t>(state_.size()), cudaMemcpyDeviceToDevice,
-                                executor_.stream()),
+                                executor_.lane_->BusyStream()),
                 "keep the state");
     }
 
@@ -238,9 +259,11 @@ class CudaExecutor {
       const int slot = next_++ % 2;
       Collect(slot, observer);
       if (!GoesOn()) return;
+      is_under_way_ = true;
       launch();
-      CopyStates(host_[slot]);
-      CheckCuda(cudaEventRecord(done_[slot].get(), executor_.stream()), "record an event");
+      CopyStates(slot);
+      CheckCuda(cudaEventRecord(done_[slot].get(), executor_.lane_->BusyStream()),
+                "record an event");
       steps_[slot] = steps;
     }
 
@@ -249,14 +272,17 @@ class CudaExecutor {
     template <class Observer>
     void Finish(const Observer& observer) {
       for (int i = 0; i < 2; ++i) Collect(next_++ % 2, observer);
+      is_under_way_ = false;
     }
 
    private:
-    void CopyStates(const PinnedBuffer<int64_t>& host) {
+    int64_t* StatesOf(int slot) const { return host_ + slot * history_.size(); }
+    void CopyStates(int slot) {
       if (history_.size() == 0) return;
-      CheckCuda(cudaMemcpyAsync(host.data(), history_.View().data, Bytes<int64_t>(history_.size()),
-                                cudaMemcpyDeviceToHost, executor_.stream()),
-                "copy the states from the device");
+      CheckCuda(
+          cudaMemcpyAsync(StatesOf(slot), history_.View().data, Bytes<int64_t>(history_.size()),
+                          cudaMemcpyDeviceToHost, executor_.lane_->BusyStream()),
+          "copy the states from the device");
     }
 
     // Waits for the slot's batch and tells of its steps.
@@ -266,23 +292,55 @@ class CudaExecutor {
       if (steps == 0) return;
       executor_.WaitFor(done_[slot]);
       for (int s = 0; s < steps && GoesOn(); ++s) {
-        is_enough_ = HasSeenEnough(observer, host_[slot].data() + s * state_.size());
+        is_enough_ = HasSeenEnough(observer, StatesOf(slot) + s * state_.size());
       }
     }
 
     CudaExecutor& executor_;
     const DeviceBuffer<int64_t>& state_;
     DeviceBuffer<int64_t> history_;
-    std::array<PinnedBuffer<int64_t>, 2> host_;
+    int64_t* host_;  // pinned, a history for each of two batches
     std::array<CudaEvent, 2> done_;
     std::array<int, 2> steps_{};
     int next_ = 0;
+    bool is_under_way_ = false;
     bool is_enough_ = false;  // says the observer
   };
 
   template <class T>
   static size_t Bytes(int64_t count) {
     return static_cast<size_t>(count) * sizeof(T);
+  }
+
+  // Where the pool's free memory is in pieces, or too little with what else is left, it is given
+  // back first.
+  void* Allocate(size_t bytes) {
+    void* data = nullptr;
+    cudaError_t code = lane_->pool().Allocate(bytes, lane_->stream(), &data);
+    if (code == cudaErrorMemoryAllocation) {
+      cudaGetLastError();
+      if (lane_->pool().Unused() > 0) {
+        Synchronize();
+        lane_->pool().Trim();
+        code = lane_->pool().Allocate(bytes, lane_->stream(), &data);
+      }
+    }
+    if (code == cudaSuccess) return data;
+    cudaGetLastError();
+    const std::string text =
+        "allocate " + std::to_string(bytes) + " bytes of device memory, " + DescribeFreeMemory();
+    CheckCuda(code, text.c_str());
+    return nullptr;
+  }
+
+  // Null for what is too large to be staged.
+  uint8_t* Stage(size_t bytes) {
+    const auto wanted = static_cast<int64_t>(bytes);
+    if (wanted > CudaLane::kMostStaged) return nullptr;
+    uint8_t* const staged = lane_->Stage(wanted);
+    if (staged != nullptr) return staged;
+    Synchronize();
+    return lane_->Stage(wanted);
   }
 
   static int64_t BlocksFor(int64_t count) {
@@ -318,18 +376,13 @@ class CudaExecutor {
   bool PollStop() {
     if (is_stopped_ || !should_stop_ || !should_stop_()) return is_stopped_;
     is_stopped_ = true;
-    CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 1, sizeof(int32_t), stop_stream_.get()),
-              "set the stop flag");
+    lane_->SetStopFlag();
     return true;
   }
 
+  std::shared_ptr<CudaLane> lane_ = CudaLane::OfThread();
   std::function<bool()> should_stop_;
   bool is_stopped_ = false;
-  CudaStream stream_;
-  // Overtakes what waits on the other, and the thread blocks of a kernel that have not begun.
-  CudaStream stop_stream_{StreamPriority::kFirst};
-  CudaEvent synchronized_;
-  DeviceBuffer<int32_t> stop_flag_;
   DeviceBuffer<uint8_t> scratch_;
 };
 

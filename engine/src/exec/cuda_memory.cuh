@@ -112,22 +112,65 @@ class CudaGraph {
   cudaGraphExec_t executable_ = nullptr;
 };
 
-// An array in device memory, allocated and freed in stream order. Elements start undefined.
+// Device memory of one owner, allocated and freed in stream order.
+class CudaPool {
+ public:
+  CudaPool() {
+    cudaMemPoolProps properties = {};
+    properties.allocType = cudaMemAllocationTypePinned;
+    properties.handleTypes = cudaMemHandleTypeNone;
+    properties.location.type = cudaMemLocationTypeDevice;
+    CheckCuda(cudaGetDevice(&properties.location.id), "ask for the device");
+    CheckCuda(cudaMemPoolCreate(&pool_, &properties), "create a memory pool");
+    size_t free = 0, total = 0;
+    if (cudaMemGetInfo(&free, &total) != cudaSuccess) cudaGetLastError();
+    uint64_t kept = total / kKeptShare;
+    SetAttribute(cudaMemPoolAttrReleaseThreshold, kept);
+  }
+  // What is still on its way back to the pool gets there first.
+  ~CudaPool() { cudaMemPoolDestroy(pool_); }
+  CudaPool(const CudaPool&) = delete;
+  CudaPool& operator=(const CudaPool&) = delete;
+
+  cudaError_t Allocate(size_t bytes, cudaStream_t stream, void** data) {
+    return cudaMallocFromPoolAsync(data, bytes, pool_, stream);
+  }
+  // Bytes that the pool holds and nobody uses.
+  int64_t Unused() const {
+    const auto reserved = static_cast<int64_t>(Attribute(cudaMemPoolAttrReservedMemCurrent));
+    return reserved - static_cast<int64_t>(Attribute(cudaMemPoolAttrUsedMemCurrent));
+  }
+  // Gives them back to the device.
+  void Trim() { CheckCuda(cudaMemPoolTrimTo(pool_, 0), "give memory back"); }
+
+ private:
+  // Of the device's memory a pool keeps at most this part when it is waited for: mapping memory
+  // anew takes longer than many a task, but other processes want some, too.
+  static constexpr size_t kKeptShare = 8;
+
+  void SetAttribute(cudaMemPoolAttr attribute, uint64_t value) {
+    const cudaError_t code = cudaMemPoolSetAttribute(pool_, attribute, &value);
+    if (code == cudaSuccess) return;
+    cudaMemPoolDestroy(pool_);
+    CheckCuda(code, "set up a memory pool");
+  }
+  uint64_t Attribute(cudaMemPoolAttr attribute) const {
+    uint64_t value = 0;
+    CheckCuda(cudaMemPoolGetAttribute(pool_, attribute, &value), "ask a memory pool");
+    return value;
+  }
+
+  cudaMemPool_t pool_ = nullptr;
+};
+
+// An array in device memory, freed in stream order. Elements start undefined.
 template <class T>
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  DeviceBuffer(int64_t size, cudaStream_t stream) : size_(size), stream_(stream) {
-    if (size == 0) return;
-    const size_t bytes = static_cast<size_t>(size) * sizeof(T);
-    const cudaError_t code = cudaMallocAsync(reinterpret_cast<void**>(&data_), bytes, stream);
-    if (code == cudaSuccess) return;
-    data_ = nullptr;
-    cudaGetLastError();
-    const std::string text =
-        "allocate " + std::to_string(bytes) + " bytes of device memory, " + DescribeFreeMemory();
-    CheckCuda(code, text.c_str());
-  }
+  // Takes over memory that `stream` has allocated; null if there are no elements.
+  DeviceBuffer(void* data, int64_t size, cudaStream_t stream)
+      : data_(static_cast<T*>(data)), size_(size), stream_(stream) {}
   ~DeviceBuffer() {
     if (data_ != nullptr) cudaFreeAsync(data_, stream_);
   }
@@ -153,22 +196,31 @@ class DeviceBuffer {
   cudaStream_t stream_ = nullptr;
 };
 
-// An array in host memory that the device copies to while the host goes on.
+// An array in host memory that the device copies from or to while the host goes on.
 template <class T>
 class PinnedBuffer {
  public:
-  explicit PinnedBuffer(int64_t size) {
+  explicit PinnedBuffer(int64_t size) : size_(size) {
     CheckCuda(
         cudaMallocHost(reinterpret_cast<void**>(&data_), static_cast<size_t>(size) * sizeof(T)),
         "allocate pinned host memory");
   }
-  ~PinnedBuffer() { cudaFreeHost(data_); }
-  PinnedBuffer(const PinnedBuffer&) = delete;
-  PinnedBuffer& operator=(const PinnedBuffer&) = delete;
+  ~PinnedBuffer() {
+    if (data_ != nullptr) cudaFreeHost(data_);
+  }
+  PinnedBuffer(PinnedBuffer&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
   T* data() const { return data_; }
+  int64_t size() const { return size_; }
 
  private:
   T* data_ = nullptr;
+  int64_t size_ = 0;
 };
 
 }  // namespace amhex

@@ -61,9 +61,12 @@ concept Executor = requires(E executor, const E const_executor, Buffer<E, int32_
                             int32_t* host_out, int64_t count) {
   // Memory for `count` elements where bodies run.
   { executor.template Alloc<int32_t>(count) } -> std::same_as<Buffer<E, int32_t>>;
-  // Copies `count` elements from or to host memory; complete on return.
+  // Copies `count` elements from or to host memory, whose owner may do with it what it likes as
+  // soon as this returns.
   executor.CopyIn(host_in, count, ids);
   executor.CopyOut(ids, count, host_out);
+  // The same, but the host has it once it has synchronized.
+  executor.CopyOutLater(ids, count, host_out);
   // Calls the body for 0 .. count-1, in any order.
   executor.ForEach("description", count, NoOperationBody{});
   // The same for 0 .. n-1 where n, at most `count`, is read where bodies run, in its turn.

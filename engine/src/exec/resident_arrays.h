@@ -18,7 +18,11 @@ class ResidentArrays {
   template <class Upload>
   explicit ResidentArrays(const Upload& upload) : arrays_(executor_), views_(upload(arrays_)) {}
 
+  // Until then other executors may not see what it holds.
+  void Synchronize() { executor_.Synchronize(); }
+
   const Views& views() const { return views_; }
+  const UploadedArrays<E>& arrays() const { return arrays_; }
 
  private:
   E executor_;
@@ -31,7 +35,11 @@ class ResidentArrays {
 template <class E, class Upload>
 auto Resident(ResidentSlot& slot, const Upload& upload) {
   using Copy = ResidentArrays<E, std::invoke_result_t<Upload, UploadedArrays<E>&>>;
-  if (slot == nullptr) slot = std::make_shared<Copy>(upload);
+  if (slot == nullptr) {
+    const auto copy = std::make_shared<Copy>(upload);
+    copy->Synchronize();
+    slot = copy;
+  }
   return static_cast<const Copy*>(slot.get())->views();
 }
 

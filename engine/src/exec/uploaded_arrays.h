@@ -58,43 +58,43 @@ class UploadedArrays {
     return {reinterpret_cast<T*>(UploadBytes(from, BytesOf(host))), host.size};
   }
 
-  // An array without contents, to be written by whoever holds the view; there for all executors.
+  // An array without contents, to be written by whoever holds the view.
   template <class T>
   ArrayView<T> AddArray(int64_t count) {
     const int64_t bytes = count * static_cast<int64_t>(sizeof(T));
     Buffer<E, uint8_t>& buffer = buffers_.emplace_back(executor_.template Alloc<uint8_t>(bytes));
-    executor_.Synchronize();
     return {reinterpret_cast<T*>(buffer.View().data), count};
   }
 
   // From one of these arrays, which nobody is writing; those that travelled alone or were added.
   template <class T>
-  void CopyOut(ArrayView<const T> array, T* host) {
+  void CopyOut(ArrayView<const T> array, T* host) const {
     CopyBufferOut(reinterpret_cast<const uint8_t*>(array.data), reinterpret_cast<uint8_t*>(host));
+    executor_.Synchronize();
   }
 
   // From all arrays of `there`, which Upload made of a structure of arrays as long as those of
-  // `host`, and which nobody is writing. The small ones come together.
+  // `host`, and which nobody is writing. The small ones come together; waits once.
   template <class Views>
-  void Download(Views there, Views host) {
+  void Download(Views there, Views host) const {
     std::vector<uint8_t*> targets;
     host.VisitArrays([&](auto& view) { targets.push_back(reinterpret_cast<uint8_t*>(view.data)); });
     const uint8_t* first = nullptr;  // of the small ones
-    std::vector<uint8_t> small;
     size_t next = 0;
     there.VisitArrays([&](auto& view) {
       uint8_t* const target = targets[next++];
       const auto* const from = reinterpret_cast<const uint8_t*>(view.data);
-      if (view.size == 0) return;
-      if (!IsSmall(view)) {
-        CopyBufferOut(from, target);
-        return;
-      }
-      if (first == nullptr) {
-        first = from;
-        small.resize(static_cast<size_t>(SizeOfBuffer(first)));
-        CopyBufferOut(first, small.data());
-      }
+      if (!IsSmall(view)) CopyBufferOut(from, target);
+      if (IsSmall(view) && view.size > 0 && first == nullptr) first = from;
+    });
+    std::vector<uint8_t> small(static_cast<size_t>(SizeOfBuffer(first)));
+    if (first != nullptr) CopyBufferOut(first, small.data());
+    executor_.Synchronize();
+    next = 0;
+    there.VisitArrays([&](auto& view) {
+      uint8_t* const target = targets[next++];
+      if (!IsSmall(view) || view.size == 0) return;
+      const auto* const from = reinterpret_cast<const uint8_t*>(view.data);
       std::memcpy(target, small.data() + (from - first), static_cast<size_t>(BytesOf(view)));
     });
   }
@@ -126,16 +126,17 @@ class UploadedArrays {
     if (bytes == 0) return nullptr;
     return buffers_.emplace_back(Uploaded(executor_, host, bytes)).View().data;
   }
-  int64_t SizeOfBuffer(const uint8_t* data) {
+  int64_t SizeOfBuffer(const uint8_t* data) const {
     for (const Buffer<E, uint8_t>& buffer : buffers_) {
       if (buffer.View().data == data) return buffer.size();
     }
     return 0;
   }
-  void CopyBufferOut(const uint8_t* data, uint8_t* host) {
+  // The host has it when the executor has been waited for.
+  void CopyBufferOut(const uint8_t* data, uint8_t* host) const {
     for (const Buffer<E, uint8_t>& buffer : buffers_) {
       if (buffer.View().data != data) continue;
-      executor_.CopyOut(buffer, buffer.size(), host);
+      executor_.CopyOutLater(buffer, buffer.size(), host);
       return;
     }
   }

@@ -72,8 +72,9 @@ class FrameSmoothing {
     }
     std::vector<Quaternion> frames(static_cast<size_t>(frames_.size()));
     ForwardCodes codes(frames.size());
-    executor_.CopyOut(frames_, frames_.size(), frames.data());
-    executor_.CopyOut(codes_, codes_.size(), codes.data());
+    executor_.CopyOutLater(frames_, frames_.size(), frames.data());
+    executor_.CopyOutLater(codes_, codes_.size(), codes.data());
+    executor_.Synchronize();
     if (executor_.Stopped()) return false;
     task_.frames = std::move(frames);
     task_.codes = std::move(codes);

@@ -227,8 +227,9 @@ class GradientSolve {
     }
     std::vector<float> x(static_cast<size_t>(unknowns_));
     int64_t counts[kCountsSize] = {};
-    executor_.CopyOut(x_, unknowns_, x.data());
-    executor_.CopyOut(counts_, kCountsSize, counts);
+    executor_.CopyOutLater(x_, unknowns_, x.data());
+    executor_.CopyOutLater(counts_, kCountsSize, counts);
+    executor_.Synchronize();
     if (executor_.Stopped()) return false;
     *task_.x = std::move(x);
     task_.iterations = static_cast<int32_t>(counts[kIterationsDone]);

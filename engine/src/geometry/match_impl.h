@@ -147,11 +147,12 @@ class MatchingOfCubes {
     std::vector<Vec3d> host_vertices(static_cast<size_t>(vertex_count));
     std::vector<CellCorners> corners(static_cast<size_t>(count_));
     std::vector<std::array<int32_t, 6>> matches(static_cast<size_t>(count_));
-    executor_.CopyOut(vertices, vertex_count, host_vertices.data());
+    executor_.CopyOutLater(vertices, vertex_count, host_vertices.data());
     if (count_ > 0) {
-      executor_.CopyOut(corner, 8 * count_, corners.data()->data());
-      executor_.CopyOut(matches_, 6 * count_, matches.data()->data());
+      executor_.CopyOutLater(corner, 8 * count_, corners.data()->data());
+      executor_.CopyOutLater(matches_, 6 * count_, matches.data()->data());
     }
+    executor_.Synchronize();
     if (executor_.Stopped()) return false;
     task_.vertices = std::move(host_vertices);
     task_.corners = std::move(corners), task_.matches = std::move(matches);

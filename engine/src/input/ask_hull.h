@@ -26,13 +26,17 @@ class HullAsker {
   // Errors: CANCELLED, DEADLINE_EXCEEDED, and those of RunOnCuda.
   template <class Question>
   absl::StatusOr<std::vector<typename Question::Answer>> Ask(const Question& question) const {
-    HullBatch<Question> batch{
-        queries_.view(), &queries_.resident(), question, {}, [this] { return poll_.IsToStop(); }};
-    const auto on_cpu = [&batch] { return AnswerOnCpu(batch); };
+    HullBatch<Question> batch{queries_.view_if_here(), &queries_.resident(), question, {}, [this] {
+                                return poll_.IsToStop();
+                              }};
+    const auto on_cpu = [&] {
+      batch.hull = queries_.view();
+      return AnswerOnCpu(batch);
+    };
     // On a device, fewer points cost more than they save (a guess: some ten microseconds for every
     // copy and launch, against two per point on the CPU).
     constexpr int64_t kFewestForDevice = 512;
-    if (question.points.count() < kFewestForDevice) {
+    if (question.points.count() < kFewestForDevice && queries_.is_here()) {
       on_cpu();
     } else {
       AMHEX_RETURN_IF_ERROR(RunWhereChosen(device_, &batch, on_cpu).status());

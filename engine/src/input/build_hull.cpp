@@ -180,9 +180,9 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
     wanted = {0, result.closed.user_edge_length};
   }
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  const HullQueries queries(solid.vertices, solid.triangles, StopPoll(run), &device);
-  AMHEX_ASSIGN_OR_RETURN(result.user_edge_length,
-                         ResolveEdgeLength(wanted, solid, queries, result.volume, unit.scale));
+  AMHEX_ASSIGN_OR_RETURN(
+      result.user_edge_length,
+      ResolveEdgeLength(wanted, solid, result.volume, unit.scale, StopPoll(run), &device));
   return result;
 }
 

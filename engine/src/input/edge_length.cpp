@@ -18,7 +18,8 @@ constexpr double kCellsPerWidth = 2;
 constexpr double kRayStartRatio = 1e-3;
 
 // Thickness below which only 10 % of the surface lies; a negative number if nothing was hit.
-double MinimumWidth(const TriangleMesh& solid, const HullQueries& queries) {
+double MinimumWidth(const TriangleMesh& solid, const StopPoll& poll, DeviceUse* device) {
+  const HullQueries queries(solid.vertices, solid.triangles, poll, device);
   const size_t step = std::max<size_t>(1, solid.triangles.size() / kMostWidthProbes);
   std::vector<std::pair<double, double>> width_and_area;
   double total_area = 0;
@@ -53,8 +54,8 @@ double EdgeLengthOf(double volume, int64_t cell_count) {
 }  // namespace
 
 absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const TriangleMesh& solid,
-                                         const HullQueries& queries, double volume,
-                                         double user_scale) {
+                                         double volume, double user_scale, const StopPoll& poll,
+                                         DeviceUse* device) {
   if (sizing.edge_length > 0) {
     const double edge_length = sizing.edge_length / user_scale;
     const double cells = volume / edge_length / edge_length / edge_length;
@@ -76,7 +77,7 @@ absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const Trian
     return EdgeLengthOf(volume, sizing.cell_count) * user_scale;
   }
   const double by_count = EdgeLengthOf(volume, kDefaultCellCount);
-  const double width = MinimumWidth(solid, queries);
+  const double width = MinimumWidth(solid, poll, device);
   if (width <= 0) return by_count * user_scale;
   const double edge_length = std::max(std::min(by_count, width / kCellsPerWidth),
                                       EdgeLengthOf(volume, kMaxDefaultCellCount));

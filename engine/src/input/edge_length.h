@@ -22,10 +22,11 @@ inline constexpr int64_t kMaxDefaultCellCount = 20'000;
 //            (volume / 20000)^(1/3). The minimum width is the 10th percentile, by area, of the
 //            thickness measured straight inward from the surface.
 //
-// OUT_OF_RANGE if that makes more than 20 million cells, INVALID_ARGUMENT if it makes less than
-// one.
+// Only the last asks `solid` anything, and needs a hierarchy, built on `device` unless that is
+// null; throws as that does. OUT_OF_RANGE if that makes more than 20 million cells,
+// INVALID_ARGUMENT if it makes less than one.
 absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const TriangleMesh& solid,
-                                         const HullQueries& queries, double volume,
-                                         double user_scale);
+                                         double volume, double user_scale, const StopPoll& poll,
+                                         DeviceUse* device);
 
 }  // namespace amhex

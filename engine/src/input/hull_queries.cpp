@@ -26,25 +26,23 @@ constexpr size_t kFewestForDevice = 2048;
 
 HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
                          const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
-                         DeviceUse* device) {
+                         DeviceUse* device, HullAskers askers) {
   if (device != nullptr && triangles.size() >= kFewestForDevice) {
-    BuildWhereChosen(vertices, triangles, poll, *device);
+    BuildWhereChosen(vertices, triangles, poll, *device, askers);
   } else {
     BuildHere(vertices, triangles, poll);
   }
-  const auto view = [](const auto& values) {
-    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-  };
-  view_ = {view(triangles_), view(normals_), view(original_), view(nodes_), view(dipoles_)};
+  view_ = arrays_.View();
 }
 
 void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
                                    const std::vector<std::array<int32_t, 3>>& triangles,
-                                   const StopPoll& poll, DeviceUse& device) {
+                                   const StopPoll& poll, DeviceUse& device, HullAskers askers) {
   HullTreeTask task;
   task.vertices = {vertices.data(), static_cast<int64_t>(vertices.size())};
   task.triangles = {triangles.data(), static_cast<int64_t>(triangles.size())};
   task.resident = &resident_;
+  if (askers == HullAskers::kHost) task.copy = &arrays_;
   task.should_stop = [&poll] { return poll.IsToStop(); };
   bool is_built_here = false;
   const absl::StatusOr<bool> is_done = device.Run(&task, [&] {
@@ -55,18 +53,25 @@ void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
   if (!is_done.ok()) throw StatusError(is_done.status());
   if (is_built_here) return;
   if (!*is_done) throw RunStopped();
-  triangles_ = std::move(task.leaf_triangles);
-  normals_ = std::move(task.normals);
-  original_ = std::move(task.original);
-  nodes_ = std::move(task.nodes);
-  dipoles_ = std::move(task.dipoles);
+  is_here_ = askers == HullAskers::kHost;
+}
+
+void HullQueries::Fetch() const {
+  const std::lock_guard<std::mutex> lock(fetching_);
+  if (is_here()) return;
+  HullFetchTask task{&resident_, {}};
+  const absl::StatusOr<bool> is_done = RunOnCuda(&task);
+  if (!is_done.ok()) throw StatusError(is_done.status());
+  arrays_ = std::move(task.copy);
+  view_ = arrays_.View();
+  is_here_.store(true, std::memory_order_release);
 }
 
 void HullQueries::BuildHere(const std::vector<Vec3d>& vertices,
                             const std::vector<std::array<int32_t, 3>>& triangles,
                             const StopPoll& poll) {
-  triangles_.reserve(triangles.size());
-  original_.reserve(triangles.size());
+  arrays_.triangles.reserve(triangles.size());
+  arrays_.original.reserve(triangles.size());
   for (size_t i = 0; i < triangles.size(); ++i) {
     poll.At(static_cast<int64_t>(i));
     const auto& t = triangles[i];
@@ -74,21 +79,21 @@ void HullQueries::BuildHere(const std::vector<Vec3d>& vertices,
                             vertices[static_cast<size_t>(t[1])],
                             vertices[static_cast<size_t>(t[2])]};
     if (IsDegenerate(triangle.a, triangle.b, triangle.c)) continue;
-    triangles_.push_back(triangle);
-    original_.push_back(static_cast<int32_t>(i));
+    arrays_.triangles.push_back(triangle);
+    arrays_.original.push_back(static_cast<int32_t>(i));
   }
-  if (!triangles_.empty()) {
-    nodes_.reserve(triangles_.size());
-    Build({0, static_cast<int32_t>(triangles_.size())}, 0, poll, &nodes_);
+  if (!arrays_.triangles.empty()) {
+    arrays_.nodes.reserve(arrays_.triangles.size());
+    Build({0, static_cast<int32_t>(arrays_.triangles.size())}, 0, poll, &arrays_.nodes);
   }
 
-  normals_.reserve(triangles_.size());
-  for (const Triangle& t : triangles_) {
-    poll.At(static_cast<int64_t>(normals_.size()));
-    normals_.push_back(Normalized(DoubleAreaVector(t.a, t.b, t.c)));
+  arrays_.normals.reserve(arrays_.triangles.size());
+  for (const Triangle& t : arrays_.triangles) {
+    poll.At(static_cast<int64_t>(arrays_.normals.size()));
+    arrays_.normals.push_back(Normalized(DoubleAreaVector(t.a, t.b, t.c)));
   }
-  dipoles_.resize(nodes_.size());
-  tbb::parallel_for(size_t{0}, nodes_.size(),
+  arrays_.dipoles.resize(arrays_.nodes.size());
+  tbb::parallel_for(size_t{0}, arrays_.nodes.size(),
                     [&](size_t node) { ComputeDipole(static_cast<int32_t>(node), poll); });
 }
 
@@ -97,7 +102,7 @@ void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
   const int32_t begin = range.begin, end = range.end;
   Box3d box;
   for (int32_t i = begin; i < end; ++i) {
-    const Triangle& t = triangles_[static_cast<size_t>(i)];
+    const Triangle& t = arrays_.triangles[static_cast<size_t>(i)];
     box.Extend(t.a), box.Extend(t.b), box.Extend(t.c);
   }
   const size_t id = nodes->size();
@@ -125,7 +130,7 @@ void HullQueries::Build(const Range& range, int depth, const StopPoll& poll,
 int32_t HullQueries::Split(const Range& range, int depth, const StopPoll& poll) {
   const int32_t begin = range.begin, end = range.end;
   const auto triangle = [this](int32_t i) -> const Triangle& {
-    return triangles_[static_cast<size_t>(i)];
+    return arrays_.triangles[static_cast<size_t>(i)];
   };
   HullBox centres;
   for (int32_t i = begin; i < end; ++i) {
@@ -171,27 +176,27 @@ int32_t HullQueries::Reorder(const Range& range, const StopPoll& poll, const Rea
   moved.reserve(order.size()), moved_ids.reserve(order.size());
   for (const int32_t i : order) {
     poll.At(i);
-    moved.push_back(triangles_[static_cast<size_t>(i)]);
-    moved_ids.push_back(original_[static_cast<size_t>(i)]);
+    moved.push_back(arrays_.triangles[static_cast<size_t>(i)]);
+    moved_ids.push_back(arrays_.original[static_cast<size_t>(i)]);
   }
-  std::copy(moved.begin(), moved.end(), triangles_.begin() + range.begin);
-  std::copy(moved_ids.begin(), moved_ids.end(), original_.begin() + range.begin);
+  std::copy(moved.begin(), moved.end(), arrays_.triangles.begin() + range.begin);
+  std::copy(moved_ids.begin(), moved_ids.end(), arrays_.original.begin() + range.begin);
   return range.begin + static_cast<int32_t>(middle - order.begin());
 }
 
 void HullQueries::ComputeDipole(int32_t id, const StopPoll& poll) {
-  const Node& node = nodes_[static_cast<size_t>(id)];
+  const Node& node = arrays_.nodes[static_cast<size_t>(id)];
   poll.At(id);
   const auto for_parts = [&](const auto& visit) {
     for (int32_t part = node.begin; part < node.end; part += kTrianglesPerSum) {
       if (part > node.begin) poll.Now();
-      visit(&triangles_[static_cast<size_t>(part)],
-            triangles_.data() + std::min(part + kTrianglesPerSum, node.end));
+      visit(&arrays_.triangles[static_cast<size_t>(part)],
+            arrays_.triangles.data() + std::min(part + kTrianglesPerSum, node.end));
     }
   };
   DipoleSums sums;
   for_parts([&](const Triangle* begin, const Triangle* end) { sums.Add(sums.Of(begin, end)); });
-  Dipole& dipole = dipoles_[static_cast<size_t>(id)];
+  Dipole& dipole = arrays_.dipoles[static_cast<size_t>(id)];
   dipole = sums.Dipole(node);
   DipoleMoments moments;
   for_parts([&](const Triangle* begin, const Triangle* end) {

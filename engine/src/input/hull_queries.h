@@ -2,21 +2,31 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
 #include "exec/resident_slot.h"
 #include "input/hull.h"
+#include "input/hull_tree_task.h"
 #include "input/hull_view.h"
 
 namespace amhex {
 
 class DeviceUse;
 
+// Who asks a hierarchy that is built on a device.
+enum class HullAskers : uint8_t {
+  kHost,    // the host, too: it gets a copy at once
+  kDevice,  // the device, mostly: the host gets a copy when it asks
+};
+
 // Immutable after construction; all queries are const and safe from any number of threads. Only the
-// device's copy comes later, and goes with this.
+// copies come later, the device's or the host's, and go with this. Queries throw StatusError where
+// the host's cannot be fetched.
 class HullQueries {
  public:
   // Triangles without area (see IsDegenerate in triangle_math.h) are left out: their points lie on
@@ -25,21 +35,21 @@ class HullQueries {
   // fails.
   HullQueries(const std::vector<Vec3d>& vertices,
               const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {},
-              DeviceUse* device = nullptr);
+              DeviceUse* device = nullptr, HullAskers askers = HullAskers::kHost);
   HullQueries(const HullQueries&) = delete;
   HullQueries& operator=(const HullQueries&) = delete;
 
   // Closest point within `max_distance`; `triangle` is -1 if there is none. O(log n) expected.
   HullPoint Closest(const Vec3d& p, double max_distance = 1e300) const {
-    return view_.Closest(p, max_distance);
+    return view().Closest(p, max_distance);
   }
 
   // Whether any triangle is within `distance`: cheaper than finding the closest.
-  bool IsWithin(const Vec3d& p, double distance) const { return view_.IsWithin(p, distance); }
+  bool IsWithin(const Vec3d& p, double distance) const { return view().IsWithin(p, distance); }
 
   // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
   // surface, dipoles far from it. O(log n) expected.
-  double WindingNumber(const Vec3d& p) const { return view_.WindingNumber(p); }
+  double WindingNumber(const Vec3d& p) const { return view().WindingNumber(p); }
   bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
 
   // Negative inside. Sign by winding number, magnitude by closest point.
@@ -49,11 +59,17 @@ class HullQueries {
   // triangle seen from behind (whose normal does not oppose the ray), at least `min_length` away;
   // a negative number if it meets none. From a point inside, that is where it leaves the hull.
   double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length) const {
-    return view_.ExitDistance(origin, direction, min_length);
+    return view().ExitDistance(origin, direction, min_length);
   }
 
   // The same queries where bodies run; must not outlive this.
-  const HullView& view() const { return view_; }
+  const HullView& view() const {
+    if (!is_here_.load(std::memory_order_acquire)) Fetch();
+    return view_;
+  }
+  // Where the host has no copy, nothing: the device has one.
+  HullView view_if_here() const { return is_here() ? view_ : HullView(); }
+  bool is_here() const { return is_here_.load(std::memory_order_acquire); }
   // For the device's copy of that view.
   ResidentSlot& resident() const { return resident_; }
 
@@ -69,7 +85,8 @@ class HullQueries {
                  const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll);
   void BuildWhereChosen(const std::vector<Vec3d>& vertices,
                         const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
-                        DeviceUse& device);
+                        DeviceUse& device, HullAskers askers);
+  void Fetch() const;
   // Appends the subtree over a range of triangles_, its root first.
   void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
   int32_t Split(const Range& range, int depth, const StopPoll& poll);
@@ -77,12 +94,10 @@ class HullQueries {
   int32_t Reorder(const Range& range, const StopPoll& poll, const Rearrange& rearrange);
   void ComputeDipole(int32_t node, const StopPoll& poll);
 
-  std::vector<Triangle> triangles_;  // in leaf order
-  std::vector<Vec3d> normals_;       // unit, in leaf order
-  std::vector<int32_t> original_;    // leaf order -> the caller's triangle index
-  std::vector<Node> nodes_;
-  std::vector<Dipole> dipoles_;  // per node
-  HullView view_;                // of all of them
+  mutable HullArrays arrays_;
+  mutable HullView view_;  // of all of them
+  mutable std::atomic<bool> is_here_{true};
+  mutable std::mutex fetching_;
   mutable ResidentSlot resident_;
 };
 

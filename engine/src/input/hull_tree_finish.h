@@ -134,6 +134,7 @@ struct HullParts {
   ArrayView<const HullTriangle> triangles;
   ArrayView<int32_t> first;  // [node, and one more] parts before it
 
+  AMHEX_HD int64_t count() const { return first[nodes.size]; }
   AMHEX_HD int64_t NodeOf(int64_t part) const {
     int64_t low = 0, high = nodes.size;  // the last node that begins at or before the part
     while (high - low > 1) {
@@ -167,11 +168,12 @@ struct CountPartsBody {
   }
 };
 
-// Per part, then per node.
+// Per part, of which there may be fewer, then per node.
 struct SumPartBody {
   HullParts parts;
   ArrayView<DipoleSums> sums;
   AMHEX_HD void operator()(int64_t part) const {
+    if (part >= parts.count()) return;
     const int64_t node = parts.NodeOf(part);
     sums[part] = DipoleSums::Of(parts.Begin(part, node), parts.End(part, node));
   }
@@ -195,6 +197,7 @@ struct PartMomentsBody {
   ArrayView<const HullDipole> dipoles;
   ArrayView<DipoleMoments> moments;
   AMHEX_HD void operator()(int64_t part) const {
+    if (part >= parts.count()) return;
     const int64_t node = parts.NodeOf(part);
     moments[part] =
         DipoleMoments::Of(parts.Begin(part, node), parts.End(part, node), dipoles[node].centre);

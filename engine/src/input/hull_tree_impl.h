@@ -4,18 +4,38 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "exec/executor.h"
 #include "exec/last_element.h"
 #include "exec/resident_arrays.h"
+#include "exec/rounds_per_look.h"
 #include "exec/uploaded_arrays.h"
 #include "input/hull_tree_finish.h"
 #include "input/hull_tree_split.h"
 #include "input/hull_tree_task.h"
 
 namespace amhex {
+
+// What the host gets of a hierarchy that was built where bodies run.
+template <class E>
+HullArrays HullCopy(const ResidentSlot& built) {
+  const auto& resident = *static_cast<const ResidentArrays<E, HullView>*>(built.get());
+  HullArrays copy;
+  const auto fetch = [&resident](const auto& view, auto& host) {
+    host.resize(static_cast<size_t>(view.size));
+    resident.arrays().CopyOut(view, host.data());
+  };
+  const HullView& there = resident.views();
+  fetch(there.triangles, copy.triangles);
+  fetch(there.normals, copy.normals);
+  fetch(there.original, copy.original);
+  fetch(there.nodes, copy.nodes);
+  fetch(there.dipoles, copy.dipoles);
+  return copy;
+}
 
 // One object per run.
 template <class E>
@@ -43,9 +63,11 @@ class HullTreeBuild {
     if (count_ > 0) {
       PutInLeafOrder();
       WriteNodes();
-      if (!MakeDipoles()) return false;
+      MakeDipoles();
     }
-    CopyOut();
+    executor_.Synchronize();  // before others read what stays
+    if (executor_.Stopped()) return false;
+    if (task_.copy != nullptr) *task_.copy = HullCopy<E>(built_);
     return true;
   }
 
@@ -80,6 +102,27 @@ class HullTreeBuild {
   bool SplitLevels() {
     level_begins_ = {0};
     if (count_ == 0) return true;
+    AllocateLevels();
+    executor_.ForEach("begin the tree", count_,
+                      BeginTreeBody{Nodes(), order_.View(), place_.View()});
+    executor_.ForEach("begin the levels", kLevelCounts, BeginLevelsBody{counts_.View()});
+    std::vector<int64_t> counts(kLevelCounts);
+    do {
+      for (int level = 0; level < kRoundsPerLook; ++level) {
+        ChooseSplits();
+        PartLevel();
+      }
+      executor_.CopyOut(counts_, kLevelCounts, counts.data());
+      if (executor_.Stopped()) return false;
+      if (counts[kMustSort] != 0) SortByCentres();
+    } while (counts[kLevelNodes] > 0);
+    const auto begins = counts.begin() + kLevelBegins;
+    level_begins_.assign(begins, begins + counts[kLevelDepth] + 1);
+    next_order_ = {}, next_place_ = {}, place_ = {}, to_left_ = {}, split_ = {}, splits_ = {};
+    return true;
+  }
+
+  void AllocateLevels() {
     // Every part of a split holds a triangle.
     begin_ = Alloc<int32_t>(2 * count_);
     end_ = Alloc<int32_t>(2 * count_);
@@ -89,56 +132,54 @@ class HullTreeBuild {
     next_order_ = Alloc<int32_t>(count_);
     next_place_ = Alloc<int32_t>(count_);
     to_left_ = Alloc<int32_t>(count_ + 1);
-    executor_.ForEach("begin the tree", count_,
-                      BeginTreeBody{Nodes(), order_.View(), place_.View()});
-    level_begins_.push_back(1);
-    for (int32_t depth = 0; level_begins_[depth + 1] > level_begins_[depth]; ++depth) {
-      if (!SplitLevel(depth)) return false;
-    }
-    next_order_ = {}, next_place_ = {}, place_ = {}, to_left_ = {};
-    return true;
+    most_splits_ = MostSplits(count_);
+    split_ = Alloc<int32_t>(2 * most_splits_ + 2);
+    splits_ = Alloc<HullSplit>(most_splits_);
+    counts_ = Alloc<int64_t>(kLevelCounts);
+  }
+  // Of a level: every inner node has more triangles than a leaf.
+  static int64_t MostSplits(int64_t triangles) { return triangles / (kHullLeafTriangles + 1); }
+
+  HullTreeLevel Level() {
+    return {Nodes(),       counts_.View(), ReadOnly(taken_.View()), order_.View(),
+            place_.View(), split_.View(),  splits_.View(),          to_left_.View()};
+  }
+  template <class Body>
+  void ForLive(const char* description, int place, int64_t count, const Body& body) {
+    executor_.ForEachOf(description, count, {counts_.View().data + place, 1}, body);
+  }
+
+  // Which nodes of the level become two, and where they are parted. Nothing if there are none, or
+  // if an earlier level waits for triangles to be sorted.
+  void ChooseSplits() {
+    const HullTreeLevel level = Level();
+    const int64_t most_nodes = 2 * most_splits_ + 1;
+    executor_.ForEach("find inner nodes", most_nodes + 1, FindInnerNodesBody{level});
+    executor_.ExclusiveScan(split_, most_nodes + 1);
+    executor_.ForEach("count splits", 1, CountSplitsBody{level});
+    ForLive("begin splits", kLiveNodes, most_nodes, BeginSplitsBody{level});
+    executor_.ForEach("bound centres", count_, BoundCentresBody{level});
+    ForLive("choose axes", kLiveSplits, most_splits_, ChooseAxisBody{level});
+    executor_.ForEach("fill bins", count_, FillBinsBody{level});
+    ForLive("choose bins", kLiveSplits, most_splits_, ChooseBinBody{level});
   }
 
   // Adds the level below.
-  bool SplitLevel(int32_t depth) {
-    HullTreeLevel level;
-    level.nodes = Nodes();
-    level.first = level_begins_[depth];
-    level.count = level_begins_[depth + 1] - level.first;
-    level.depth = depth;
-    level.triangles = ReadOnly(taken_.View());
-    level.order = order_.View(), level.place = place_.View(), level.to_left = to_left_.View();
-    Buffer<E, int32_t> split = Alloc<int32_t>(level.count + 1);
-    level.split = split.View();
-    executor_.ForEach("find inner nodes", level.count + 1, FindInnerNodesBody{level});
-    executor_.ExclusiveScan(split, level.count + 1);
-    const int64_t inner = LastElement(executor_, split);
-    if (executor_.Stopped()) return false;
-    Buffer<E, HullSplit> splits = Alloc<HullSplit>(inner);
-    level.splits = splits.View();
-    executor_.ForEach("begin splits", level.count, BeginSplitsBody{level});
-    level_begins_.push_back(level_begins_.back() + 2 * inner);
-    if (inner == 0) return true;
-    executor_.ForEach("bound centres", count_, BoundCentresBody{level});
-    executor_.ForEach("choose axes", inner, ChooseAxisBody{level});
-    executor_.ForEach("fill bins", count_, FillBinsBody{level});
-    executor_.ForEach("choose bins", inner, ChooseBinBody{level});
-    const int64_t sorted =
-        executor_.Reduce("count nodes to sort", inner, CountSortedBody{ReadOnly(level.splits)});
-    if (executor_.Stopped()) return false;
-    if (sorted > 0) SortByCentres(level);
+  void PartLevel() {
+    const HullTreeLevel level = Level();
     executor_.ForEach("choose sides", count_ + 1, ChooseSidesBody{level});
     executor_.ExclusiveScan(to_left_, count_ + 1);
     executor_.ForEach("part triangles", count_,
                       PartBody{level, next_order_.View(), next_place_.View()});
-    executor_.ForEach("begin children", inner, BeginChildrenBody{level});
+    ForLive("begin children", kLiveSplits, most_splits_, BeginChildrenBody{level});
+    executor_.ForEach("end the level", 1, EndLevelBody{level});
     std::swap(order_, next_order_);
     std::swap(place_, next_place_);
-    return !executor_.Stopped();
   }
 
   // The triangles of those nodes that are to be halved by count; rare.
-  void SortByCentres(HullTreeLevel& level) {
+  void SortByCentres() {
+    const HullTreeLevel level = Level();
     KeyedIds<E> pairs{Alloc<uint32_t>(count_), Alloc<int32_t>(count_)};
     KeyedIds<E> sorted{Alloc<uint32_t>(count_), Alloc<int32_t>(count_)};
     ArrayView<const int32_t> so_far;
@@ -151,14 +192,14 @@ class HullTreeBuild {
     executor_.ForEach("take the order", count_,
                       TakeOrderBody{so_far, ReadOnly(order_.View()), next_order_.View()});
     std::swap(order_, next_order_);
-    level.order = order_.View();
+    executor_.ForEach("go on with the level", 1, GoOnBody{Level()});
+    PartLevel();
   }
 
   // What stays, on an executor that outlives this one.
   void ReserveResults() {
     const int64_t nodes = level_begins_.back();
-    Resident<E>(built_, [&](UploadedArrays<E>& arrays) {
-      arrays_ = &arrays;
+    built_ = std::make_shared<ResidentArrays<E, HullView>>([&](UploadedArrays<E>& arrays) {
       triangles_ = arrays.template AddArray<HullTriangle>(count_);
       normals_ = arrays.template AddArray<Vec3d>(count_);
       original_ = arrays.template AddArray<int32_t>(count_);
@@ -197,44 +238,23 @@ class HullTreeBuild {
     begin_ = {}, end_ = {}, left_ = {};
   }
 
-  // False if it was stopped.
-  bool MakeDipoles() {
+  void MakeDipoles() {
     Buffer<E, int32_t> first = Alloc<int32_t>(nodes_.size + 1);
     const HullParts parts{ReadOnly(nodes_), ReadOnly(triangles_), first.View()};
     executor_.ForEach("count parts", nodes_.size + 1, CountPartsBody{parts});
     executor_.ExclusiveScan(first, nodes_.size + 1);
-    const int64_t count = LastElement(executor_, first);
-    if (executor_.Stopped()) return false;
-    Buffer<E, DipoleSums> sums = Alloc<DipoleSums>(count);
-    executor_.ForEach("sum parts", count, SumPartBody{parts, sums.View()});
+    // Of the nodes of a level at most one each has a part that is not full.
+    const auto levels = static_cast<int64_t>(level_begins_.size());
+    const int64_t most_parts = nodes_.size + levels * (count_ / kTrianglesPerSum);
+    Buffer<E, DipoleSums> sums = Alloc<DipoleSums>(most_parts);
+    executor_.ForEach("sum parts", most_parts, SumPartBody{parts, sums.View()});
     executor_.ForEach("make dipoles", nodes_.size,
                       MakeDipolesBody{parts, ReadOnly(sums.View()), dipoles_});
-    Buffer<E, DipoleMoments> moments = Alloc<DipoleMoments>(count);
-    executor_.ForEach("moments of parts", count,
+    Buffer<E, DipoleMoments> moments = Alloc<DipoleMoments>(most_parts);
+    executor_.ForEach("moments of parts", most_parts,
                       PartMomentsBody{parts, ReadOnly(dipoles_), moments.View()});
     executor_.ForEach("add moments", nodes_.size,
                       AddMomentsBody{parts, ReadOnly(moments.View()), dipoles_});
-    executor_.Synchronize();  // before others read what stays
-    return !executor_.Stopped();
-  }
-
-  void CopyOut() {
-    std::vector<HullTriangle> triangles = CopyOf(triangles_);
-    std::vector<Vec3d> normals = CopyOf(normals_);
-    std::vector<int32_t> original = CopyOf(original_);
-    std::vector<HullNode> nodes = CopyOf(nodes_);
-    std::vector<HullDipole> dipoles = CopyOf(dipoles_);
-    task_.leaf_triangles = std::move(triangles);
-    task_.normals = std::move(normals);
-    task_.original = std::move(original);
-    task_.nodes = std::move(nodes);
-    task_.dipoles = std::move(dipoles);
-  }
-  template <class T>
-  std::vector<T> CopyOf(ArrayView<T> array) {
-    std::vector<T> host(static_cast<size_t>(array.size));
-    arrays_->CopyOut(ReadOnly(array), host.data());
-    return host;
   }
 
   E& executor_;
@@ -245,8 +265,11 @@ class HullTreeBuild {
   Buffer<E, int32_t> taken_original_;
   std::vector<int64_t> level_begins_;      // nodes before each level, and all
   Buffer<E, int32_t> begin_, end_, left_;  // of nodes (HullTreeNodes)
-  Buffer<E, int32_t> order_, place_, next_order_, next_place_, to_left_;  // HullTreeLevel's
-  UploadedArrays<E>* arrays_ = nullptr;                                   // own what stays:
+  Buffer<E, int32_t> order_, place_, next_order_, next_place_, to_left_, split_;  // HullTreeLevel's
+  Buffer<E, HullSplit> splits_;
+  Buffer<E, int64_t> counts_;
+  int64_t most_splits_ = 0;
+  // What stays:
   ArrayView<HullTriangle> triangles_;
   ArrayView<Vec3d> normals_;
   ArrayView<int32_t> original_;

@@ -68,10 +68,32 @@ struct HullTreeNodes {
   ArrayView<int32_t> left;  // child; -1 on leaves
 };
 
+// How far the splitting is: places in an array of counts.
+inline constexpr int kLevelDepth = 0;
+inline constexpr int kLevelFirst = 1;   // node
+inline constexpr int kLevelNodes = 2;   // zero once all nodes below are leaves
+inline constexpr int kLevelSplits = 3;  // of them
+// 1 where triangles are to be sorted before the level goes on: nothing happens until then.
+inline constexpr int kMustSort = 4;
+inline constexpr int kLiveNodes = 5;  // of the level; this and the next are zero while it waits
+inline constexpr int kLiveSplits = 6;
+inline constexpr int kLevelBegins = 7;  // nodes before each level, and all
+// Two more levels than it takes to halve 2^31 triangles below kHullBalancedDepth would do.
+inline constexpr int kMostHullLevels = kHullStackSize;
+inline constexpr int kLevelCounts = kLevelBegins + kMostHullLevels + 1;
+
+// Per place: one node, the root, is to be looked at.
+struct BeginLevelsBody {
+  ArrayView<int64_t> counts;
+  AMHEX_HD void operator()(int64_t place) const {
+    const bool is_one = place == kLevelNodes || place == kLiveNodes || place == kLevelBegins + 1;
+    counts[place] = is_one ? 1 : 0;
+  }
+};
+
 struct HullTreeLevel {
   HullTreeNodes nodes;
-  int64_t first = 0, count = 0;
-  int32_t depth = 0;
+  ArrayView<int64_t> counts;
   ArrayView<const HullTriangle> triangles;
   ArrayView<int32_t> order;  // the triangle at each place
   ArrayView<int32_t> place;  // first the node there, then its split; -1 if it is or was a leaf
@@ -80,17 +102,29 @@ struct HullTreeLevel {
   ArrayView<int32_t> to_left;  // [place, and one more] 1 if it goes to the left, then their sums
 
   AMHEX_HD const HullTriangle& TriangleAt(int64_t i) const { return triangles[order[i]]; }
+  AMHEX_HD bool MustSort() const { return counts[kMustSort] != 0; }
+  AMHEX_HD bool IsOver() const { return counts[kLevelNodes] == 0; }
 };
 
-// Per node of the level, and one more.
+// As many as a level may have of nodes, and one more.
 struct FindInnerNodesBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t j) const {
     const HullTreeNodes& nodes = level.nodes;
-    const int64_t node = level.first + j;
+    const int64_t node = level.counts[kLevelFirst] + j;
     const bool is_inner =
-        j < level.count && nodes.end[node] - nodes.begin[node] > kHullLeafTriangles;
+        j < level.counts[kLiveNodes] && nodes.end[node] - nodes.begin[node] > kHullLeafTriangles;
     level.split[j] = is_inner ? 1 : 0;
+  }
+};
+
+// One element, after the sums of what the last one found.
+struct CountSplitsBody {
+  HullTreeLevel level;
+  AMHEX_HD void operator()(int64_t /*index*/) const {
+    if (level.MustSort()) return;
+    const int64_t splits = level.split[level.counts[kLevelNodes]];
+    level.counts[kLevelSplits] = level.counts[kLiveSplits] = splits;
   }
 };
 
@@ -98,7 +132,7 @@ struct FindInnerNodesBody {
 struct BeginSplitsBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t j) const {
-    const int64_t node = level.first + j;
+    const int64_t node = level.counts[kLevelFirst] + j;
     const int32_t number = level.split[j];
     if (level.split[j + 1] == number) {
       level.nodes.left[node] = -1;
@@ -107,7 +141,8 @@ struct BeginSplitsBody {
     HullSplit& split = level.splits[number];
     split.begin = level.nodes.begin[node];
     split.end = level.nodes.end[node];
-    split.left = static_cast<int32_t>(level.first + level.count + 2 * number);
+    split.left =
+        static_cast<int32_t>(level.counts[kLevelFirst] + level.counts[kLevelNodes]) + 2 * number;
     level.nodes.left[node] = split.left;
     split.centres.Clear();
     for (int bin = 0; bin < kHullBinCount; ++bin) split.box[bin].Clear(), split.count[bin] = 0;
@@ -118,9 +153,10 @@ struct BeginSplitsBody {
 struct BoundCentresBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t i) const {
+    if (level.MustSort()) return;
     const int32_t node = level.place[i];
     const bool is_split = node >= 0 && level.nodes.left[node] >= 0;
-    level.place[i] = is_split ? level.split[node - level.first] : -1;
+    level.place[i] = is_split ? level.split[node - level.counts[kLevelFirst]] : -1;
     if (!is_split) return;
     const Vec3d centre = BoxCentre(level.TriangleAt(i));
     level.splits[level.place[i]].centres.Extend({centre, centre});
@@ -139,7 +175,7 @@ struct ChooseAxisBody {
 struct FillBinsBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t i) const {
-    if (level.place[i] < 0) return;
+    if (level.place[i] < 0 || level.MustSort()) return;
     HullSplit& split = level.splits[level.place[i]];
     if (!split.bins.CanSplit()) return;
     const HullTriangle& t = level.TriangleAt(i);
@@ -151,7 +187,7 @@ struct FillBinsBody {
   }
 };
 
-// Per split.
+// Per split. Several may say that there is something to sort, all the same.
 struct ChooseBinBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t s) const {
@@ -159,15 +195,9 @@ struct ChooseBinBody {
     split.kind = HullSplitKind::kHalves;
     if (!split.bins.CanSplit()) return;
     split.best_bin = BestBin(split.end - split.begin, BinsOf{split});
-    const bool has_bins = split.best_bin >= 0 && level.depth < kHullBalancedDepth;
+    const bool has_bins = split.best_bin >= 0 && level.counts[kLevelDepth] < kHullBalancedDepth;
     split.kind = has_bins ? HullSplitKind::kBins : HullSplitKind::kSortedHalves;
-  }
-};
-
-struct CountSortedBody {
-  ArrayView<const HullSplit> splits;
-  AMHEX_HD int64_t operator()(int64_t s) const {
-    return splits[s].kind == HullSplitKind::kSortedHalves ? 1 : 0;
+    if (!has_bins) level.counts[kMustSort] = 1;
   }
 };
 
@@ -219,14 +249,17 @@ struct ChooseSidesBody {
   }
 };
 
-// Per triangle: those that go to the same side keep their order.
+// Per triangle: those that go to the same side keep their order. All stay where they are while some
+// are to be sorted.
 struct PartBody {
   HullTreeLevel level;
   ArrayView<int32_t> next_order, next_place;
   AMHEX_HD void operator()(int64_t i) const {
     int64_t to = i;
     int32_t node = -1;
-    if (level.place[i] >= 0) {
+    if (level.MustSort()) {
+      node = level.place[i];
+    } else if (level.place[i] >= 0) {
       const HullSplit& split = level.splits[level.place[i]];
       const int32_t before = level.to_left[i] - level.to_left[split.begin];
       const int32_t lefts = level.to_left[split.end] - level.to_left[split.begin];
@@ -243,12 +276,39 @@ struct PartBody {
 struct BeginChildrenBody {
   HullTreeLevel level;
   AMHEX_HD void operator()(int64_t s) const {
+    if (level.MustSort()) return;
     const HullSplit& split = level.splits[s];
     const int32_t middle = split.begin + level.to_left[split.end] - level.to_left[split.begin];
     level.nodes.begin[split.left] = split.begin;
     level.nodes.end[split.left] = middle;
     level.nodes.begin[split.left + 1] = middle;
     level.nodes.end[split.left + 1] = split.end;
+  }
+};
+
+// One element.
+struct EndLevelBody {
+  HullTreeLevel level;
+  AMHEX_HD void operator()(int64_t /*index*/) const {
+    const ArrayView<int64_t>& counts = level.counts;
+    if (level.MustSort()) {
+      counts[kLiveNodes] = counts[kLiveSplits] = 0;
+      return;
+    }
+    if (level.IsOver()) return;
+    counts[kLevelFirst] += counts[kLevelNodes];
+    counts[kLevelNodes] = counts[kLiveNodes] = 2 * counts[kLevelSplits];
+    ++counts[kLevelDepth];
+    counts[kLevelBegins + counts[kLevelDepth] + 1] = counts[kLevelFirst] + counts[kLevelNodes];
+  }
+};
+
+// One element, when they have been sorted.
+struct GoOnBody {
+  HullTreeLevel level;
+  AMHEX_HD void operator()(int64_t /*index*/) const {
+    level.counts[kMustSort] = 0;
+    level.counts[kLiveSplits] = level.counts[kLevelSplits];
   }
 };
 

@@ -13,17 +13,35 @@
 
 namespace amhex {
 
-// Views are on host arrays that outlive the task. Everything out is as it was unless it was done.
-struct HullTreeTask {
-  ArrayView<const Vec3d> vertices;
-  ArrayView<const std::array<int32_t, 3>> triangles;
-  ResidentSlot* resident = nullptr;  // out: where the copy of the hierarchy stays; empty, not null
-  std::vector<HullTriangle> leaf_triangles;  // out: these are the arrays of HullView
+// The arrays of a HullView on the host.
+struct HullArrays {
+  std::vector<HullTriangle> triangles;
   std::vector<Vec3d> normals;
   std::vector<int32_t> original;
   std::vector<HullNode> nodes;
   std::vector<HullDipole> dipoles;
+
+  HullView View() const {
+    const auto view = [](const auto& values) {
+      return ArrayView{values.data(), static_cast<int64_t>(values.size())};
+    };
+    return {view(triangles), view(normals), view(original), view(nodes), view(dipoles)};
+  }
+};
+
+// Views are on host arrays that outlive the task. Everything out is as it was unless it was done.
+struct HullTreeTask {
+  ArrayView<const Vec3d> vertices;
+  ArrayView<const std::array<int32_t, 3>> triangles;
+  ResidentSlot* resident = nullptr;   // out: where the copy of the hierarchy stays; empty, not null
+  HullArrays* copy = nullptr;         // out, for the host; null: it wants none
   std::function<bool()> should_stop;  // may be empty
+};
+
+// A hierarchy that was built there, for the host.
+struct HullFetchTask {
+  ResidentSlot* resident = nullptr;
+  HullArrays copy;  // out
 };
 
 }  // namespace amhex

@@ -249,7 +249,7 @@ class QualitySweeps {
               ProjectBody{sweep_.placement, *task_.projection_floor, colour, moved_.View()});
     });
     NoteMoves();
-    executor_.CopyOut(counts_, 1, &projected_count_);
+    executor_.CopyOutLater(counts_, 1, &projected_count_);
   }
 
   void Sweep() {

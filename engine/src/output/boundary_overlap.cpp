@@ -165,7 +165,7 @@ OverlapReport MeasureOverlap(const std::vector<CellCorners>& cells,
                              DeviceUse* device) {
   OverlapReport report;
   const BoundaryTriangles surface = TriangulateBoundary(boundary, vertices);
-  const HullQueries queries(surface.vertices, surface.triangles, poll, device);
+  const HullQueries queries(surface.vertices, surface.triangles, poll, device, HullAskers::kDevice);
   const HullAsker asker(queries, device, poll);
   MeasureCellOverlap(cells, vertices, asker, report);
   MeasureFaceOverlap(boundary, vertices, asker, report);

@@ -74,7 +74,8 @@ void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const
   mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
   const DistanceSummary to_input =
       DistanceToSurface(mesh_samples, HullAsker(*hull.queries, device, poll));
-  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll, device);
+  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll, device,
+                                 HullAskers::kDevice);
   const DistanceSummary to_mesh =
       DistanceToSurface(InputSamples(hull), HullAsker(mesh_queries, device, poll));
   statistics.mesh_to_input_max = to_input.maximum / diagonal;

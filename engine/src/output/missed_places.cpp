@@ -98,7 +98,8 @@ std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull
       CountFaces(mesh.corners, static_cast<int64_t>(mesh.vertices.size()), poll);
   BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
   for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
-  const HullQueries queries(boundary.vertices, boundary.triangles, poll, device);
+  const HullQueries queries(boundary.vertices, boundary.triangles, poll, device,
+                            HullAskers::kDevice);
   const std::vector<Missed> missed =
       MissedPoints(PointsOfInput(hull), HullAsker(queries, device, poll));
   const std::map<Cube, size_t> group = GroupCubes(missed);

@@ -104,10 +104,16 @@ class Relaxation {
     executor_.CopyIn(host.data(), static_cast<int64_t>(host.size()), buffer);
   }
 
+  // The host has it once it has synchronized.
+  template <class T>
+  void DownloadLater(const Array<T>& buffer, int64_t count, std::vector<T>& host) {
+    host.resize(static_cast<size_t>(count));
+    executor_.CopyOutLater(buffer, count, host.data());
+  }
   template <class T>
   void Download(const Array<T>& buffer, int64_t count, std::vector<T>& host) {
-    host.resize(static_cast<size_t>(count));
-    executor_.CopyOut(buffer, count, host.data());
+    DownloadLater(buffer, count, host);
+    executor_.Synchronize();
   }
 
   RelaxationState State() { return {arrays_.state.View()}; }
@@ -326,11 +332,12 @@ class Relaxation {
     Download(arrays_.state, kStateSize, state);
     const int64_t site_count = state[kSiteCount];
     RelaxationTask done;
-    Download(arrays_.position, site_count, done.position);
-    Download(arrays_.orientation, site_count, done.orientation);
-    Download(arrays_.size, site_count, done.size);
-    Download(arrays_.is_inside, site_count, done.is_inside);
-    Download(arrays_.movement, site_count, done.point_count);
+    DownloadLater(arrays_.position, site_count, done.position);
+    DownloadLater(arrays_.orientation, site_count, done.orientation);
+    DownloadLater(arrays_.size, site_count, done.size);
+    DownloadLater(arrays_.is_inside, site_count, done.is_inside);
+    DownloadLater(arrays_.movement, site_count, done.point_count);
+    executor_.Synchronize();
     if (executor_.Stopped()) return;
     task_.split_count = state[kSplitCount];
     task_.position = std::move(done.position);

@@ -21,14 +21,6 @@ int64_t CollectFacesBytes(const CollectFacesTask& task) {
          NetworkBytes<E>(task.given.vertices.size, 2 * task.given.edges.size);
 }
 
-// Appends them to the list; waits.
-template <class E>
-void AppendItems(E& executor, const Buffer<E, CellFace>& items, std::vector<CellFace>& list) {
-  const size_t old_size = list.size();
-  list.resize(old_size + static_cast<size_t>(items.size()));
-  executor.CopyOut(items, items.size(), list.data() + old_size);
-}
-
 // The network with all that its quads and penta-loops add to it.
 template <class E>
 BuiltNetwork<E> CompleteNetwork(E& executor, const EdgesToSearch& given) {
@@ -58,9 +50,10 @@ bool CollectAllFaces(E& executor, CollectFacesTask& task) {
   const Buffer<E, CellFace> quads = ListItems(executor, "find well-shaped quads", count,
                                               WellShapedQuadSearch{{view}, given.vertices});
   if (executor.Stopped()) return false;
-  std::vector<CellFace> faces;
-  AppendItems(executor, triangles, faces);
-  AppendItems(executor, quads, faces);
+  std::vector<CellFace> faces(static_cast<size_t>(triangles.size() + quads.size()));
+  executor.CopyOutLater(triangles, triangles.size(), faces.data());
+  executor.CopyOutLater(quads, quads.size(), faces.data() + triangles.size());
+  executor.Synchronize();
   if (executor.Stopped()) return false;
   task.faces = std::move(faces);
   return true;

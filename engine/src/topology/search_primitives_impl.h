@@ -29,18 +29,23 @@ bool SearchAllTypes(E& executor, SearchPrimitivesTask& task) {
   UploadedArrays<E> arrays(executor);
   const FaceComplexView complex = arrays.Upload(task.complex);
   const ArrayView<const Vec3d> vertices = arrays.UploadArray(task.vertices);
-  std::vector<Primitive> primitives;
+  std::vector<Buffer<E, Primitive>> found;
+  size_t count = 0;
   for (const TypeSearch& type : task.types) {
     const Buffer<E, CellPattern> pattern = Uploaded(executor, &type.pattern, 1);
     const GoodPrimitiveSearch search{{complex, type.program, type.shape},
                                      {vertices, pattern.View(), task.min_quality}};
-    const Buffer<E, Primitive> found =
-        ListItems(executor, "search primitives", complex.faces.size, search);
+    found.push_back(ListItems(executor, "search primitives", complex.faces.size, search));
     if (executor.Stopped()) return false;
-    const size_t old_size = primitives.size();
-    primitives.resize(old_size + static_cast<size_t>(found.size()));
-    executor.CopyOut(found, found.size(), primitives.data() + old_size);
+    count += static_cast<size_t>(found.back().size());
   }
+  std::vector<Primitive> primitives(count);
+  Primitive* next = primitives.data();
+  for (const Buffer<E, Primitive>& of_type : found) {
+    executor.CopyOutLater(of_type, of_type.size(), next);
+    next += of_type.size();
+  }
+  executor.Synchronize();
   if (executor.Stopped()) return false;
   task.primitives = std::move(primitives);
   return true;

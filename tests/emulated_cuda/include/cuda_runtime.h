@@ -2,6 +2,7 @@
 // are CUDA's; comments say only where the emulation differs.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -31,6 +32,24 @@ enum cudaStreamCaptureMode : int { cudaStreamCaptureModeThreadLocal };
 inline constexpr unsigned cudaStreamNonBlocking = 1;
 inline constexpr unsigned cudaEventDisableTiming = 2;
 
+enum cudaMemAllocationType : int { cudaMemAllocationTypePinned };
+enum cudaMemAllocationHandleType : int { cudaMemHandleTypeNone };
+enum cudaMemLocationType : int { cudaMemLocationTypeDevice };
+enum cudaMemPoolAttr : int {
+  cudaMemPoolAttrReleaseThreshold,
+  cudaMemPoolAttrReservedMemCurrent,
+  cudaMemPoolAttrUsedMemCurrent
+};
+struct cudaMemPoolProps {
+  cudaMemAllocationType allocType;
+  cudaMemAllocationHandleType handleTypes;
+  struct {
+    cudaMemLocationType type;
+    int id;
+  } location;
+};
+
+using cudaMemPool_t = amhex::emulated::Pool*;
 using cudaStream_t = amhex::emulated::Stream*;
 using cudaEvent_t = amhex::emulated::Event*;
 using cudaGraph_t = amhex::emulated::Graph*;
@@ -107,6 +126,10 @@ inline cudaError_t cudaGetDeviceCount(int* count) {
   *count = 1;
   return cudaSuccess;
 }
+inline cudaError_t cudaGetDevice(int* device) {
+  *device = 0;
+  return cudaSuccess;
+}
 inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int /*device*/) {
   *properties = {"emulated on the host", 9, 0,
                  static_cast<size_t>(amhex::emulated::TheDevice().controls.capacity)};
@@ -120,7 +143,8 @@ inline const char* cudaGetErrorString(cudaError_t code) {
 }
 inline cudaError_t cudaMemGetInfo(size_t* free, size_t* total) {
   return amhex::emulated::Do([&](amhex::emulated::Device& device) {
-    *free = static_cast<size_t>(device.controls.capacity - device.controls.used);
+    *free = static_cast<size_t>(std::max(
+        int64_t{0}, device.controls.capacity - device.controls.used - device.controls.unused));
     *total = static_cast<size_t>(device.controls.capacity);
     return amhex::emulated::kSuccess;
   });
@@ -146,6 +170,7 @@ inline cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
   amhex::emulated::Always([&](amhex::emulated::Device& device) {
     ++device.controls.waits;
     device.Drain(*stream);
+    device.ReleaseUnused();
   });
   return amhex::emulated::Do([](amhex::emulated::Device&) { return amhex::emulated::kSuccess; });
 }
@@ -167,14 +192,50 @@ inline cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
 inline cudaError_t cudaEventQuery(cudaEvent_t event) {
   return amhex::emulated::Do([&](amhex::emulated::Device& device) {
     if (event->reached == event->recorded) return amhex::emulated::kSuccess;
+    if (std::exchange(event->missed, event->recorded) != event->recorded) ++device.controls.looks;
     device.Advance();
     return amhex::emulated::kNotReady;
   });
 }
 
-inline cudaError_t cudaMallocAsync(void** memory, size_t bytes, cudaStream_t stream) {
-  return amhex::emulated::Do(
-      [&](amhex::emulated::Device& device) { return device.Allocate(*stream, bytes, memory); });
+inline cudaError_t cudaMemPoolCreate(cudaMemPool_t* pool, const cudaMemPoolProps* /*properties*/) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    *pool = device.CreatePool();
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaMemPoolDestroy(cudaMemPool_t pool) {
+  return amhex::emulated::Always(
+      [&](amhex::emulated::Device& device) { device.DestroyPool(pool); });
+}
+inline cudaError_t cudaMemPoolSetAttribute(cudaMemPool_t pool, cudaMemPoolAttr attribute,
+                                           void* value) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    if (attribute != cudaMemPoolAttrReleaseThreshold) return amhex::emulated::kInvalidValue;
+    pool->kept_bytes = *static_cast<const uint64_t*>(value);
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaMemPoolGetAttribute(cudaMemPool_t pool, cudaMemPoolAttr attribute,
+                                           void* value) {
+  return amhex::emulated::Do([&](amhex::emulated::Device&) {
+    int64_t bytes = pool->used;
+    if (attribute == cudaMemPoolAttrReservedMemCurrent) bytes += pool->unused_bytes();
+    *static_cast<uint64_t*>(value) = static_cast<uint64_t>(bytes);
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaMemPoolTrimTo(cudaMemPool_t pool, size_t /*least, always zero*/) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    device.Trim(*pool);
+    return amhex::emulated::kSuccess;
+  });
+}
+inline cudaError_t cudaMallocFromPoolAsync(void** memory, size_t bytes, cudaMemPool_t pool,
+                                           cudaStream_t stream) {
+  return amhex::emulated::Do([&](amhex::emulated::Device& device) {
+    return device.Allocate(*stream, *pool, bytes, memory);
+  });
 }
 inline cudaError_t cudaFreeAsync(void* memory, cudaStream_t stream) {
   return amhex::emulated::Always(
@@ -182,16 +243,13 @@ inline cudaError_t cudaFreeAsync(void* memory, cudaStream_t stream) {
 }
 inline cudaError_t cudaMallocHost(void** memory, size_t bytes) {
   return amhex::emulated::Do([&](amhex::emulated::Device& device) {
-    *memory = std::malloc(bytes);
-    device.pinned.insert(*memory);
+    *memory = device.AllocatePinned(bytes);
     return amhex::emulated::kSuccess;
   });
 }
 inline cudaError_t cudaFreeHost(void* memory) {
-  return amhex::emulated::Always([&](amhex::emulated::Device& device) {
-    device.pinned.erase(memory);
-    std::free(memory);
-  });
+  return amhex::emulated::Always(
+      [&](amhex::emulated::Device& device) { device.FreePinned(memory); });
 }
 inline cudaError_t cudaMemcpyAsync(void* to, const void* from, size_t bytes, cudaMemcpyKind kind,
                                    cudaStream_t stream) {
