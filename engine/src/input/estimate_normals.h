@@ -14,7 +14,9 @@ inline constexpr int kLinkedNeighbours = 10;
 
 // Unit normals by principal components of 16 neighbours, oriented along a minimum spanning tree of
 // the neighbour graph (Hoppe et al. 1992) and outward in each connected part: the points farthest
-// out along many directions decide together, for each alone may be noise. O(n log n).
+// out along many directions decide together, for each alone may be noise. Where they differ as
+// noise makes them, they are then averaged with those around that look about the same way.
+// O(n log n).
 absl::StatusOr<std::vector<Vec3d>> EstimateNormals(const std::vector<Vec3d>& points,
                                                    RunContext& run);
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "fixtures/damage.h"
@@ -48,6 +50,36 @@ TEST(EstimateNormals, LookOutOfABallWithAFlagOnTop) {
     }
     EXPECT_GT(ShareLookingOut(ball), 0.95) << seed;
   }
+}
+
+// Of the estimated normals to the true ones, degrees, of clouds whose points noise moves.
+std::vector<double> Errors(const TriangleMesh& surface, double deviation) {
+  PointCloud cloud = fixtures::SampleSurface(surface, 4 * kPoints, 1);
+  fixtures::Chance chance(3);
+  for (Vec3d& p : cloud.points) p += (chance.Vector() + chance.Vector()) * deviation;
+  RunContext run;
+  const auto normals = EstimateNormals(cloud.points, run);
+  EXPECT_TRUE(normals.ok());
+  std::vector<double> errors;
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    const double cosine = std::clamp(Dot((*normals)[i], cloud.normals[i]), -1.0, 1.0);
+    errors.push_back(std::acos(cosine) * 180 / 3.14159265358979);
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+// The points are 0.046 apart: without averaging half of the normals are off by more than 8.8
+// degrees, one in ten by more than 17.
+TEST(EstimateNormals, NoiseOfHalfTheDistanceOfThePointsIsEvenedOut) {
+  const std::vector<double> errors = Errors(fixtures::MakeSphere(1, 0.1), 0.025);
+  EXPECT_LT(errors[errors.size() / 2], 5);
+  EXPECT_LT(errors[errors.size() * 9 / 10], 10);
+}
+
+TEST(EstimateNormals, FacesOfABoxKeepTheirsUpToItsEdges) {
+  const std::vector<double> errors = Errors(fixtures::MakeBox({1, 1, 1}, 0.1), 0);
+  EXPECT_LT(errors[errors.size() * 6 / 10], 1e-3);  // a third lies next to an edge
 }
 
 TEST(EstimateNormals, AStoppedRunEndsWithItsStatus) {
