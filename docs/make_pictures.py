@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the pictures of docs/guide.md from generated shapes, and prints the figures that stand below them.
+"""Draws the pictures of docs/guide.md and README.md from generated shapes, and prints the figures that stand below them.
 
     docs/make_pictures.py build/release/client/amhex [NAME]...     all, or those of the names given
 
@@ -14,9 +14,11 @@ import tempfile
 
 IMAGES = pathlib.Path(__file__).resolve().parent / "images"
 SIZE = "480x360"
+SIZES = {"demo": "1200x900"}  # that of README.md
 JITTERED = "--cells 300 --initialization jittered_grid --jitter "
 # name: (input, flags, cut)
 PICTURES = {
+    "demo": ("scan.drc", "--cells 6000", ""),
     "cells_1000": ("scan.drc", "--cells 1000", ""),
     "cells_6000": ("scan.drc", "--cells 6000", ""),
     "trials_1": ("scan.drc", "--cells 1000 --trials 1", ""),
@@ -92,7 +94,7 @@ def main():
             source, flags, cut = PICTURES[picture]
             where = ["--cut", cut] if cut else []
             run("mesh", source, *flags.split(), "-q", "-o", "mesh.vtu", "--json", "mesh.json", "--picture", IMAGES / f"{picture}.png", "--size",
-                SIZE, *where)
+                SIZES.get(picture, SIZE), *where)
             s = json.loads((folder / "mesh.json").read_text())["statistics"]
             print(f"{picture}: {int(s['cell_count']):,} cells, {100 * s['hexahedra_ratio']:.1f} % hexahedra, least scaled Jacobian "
                   f"{s['min_scaled_jacobian']:.3f}, mean distance {100 * s['input_to_mesh_mean']:.3f} %", flush=True)

@@ -107,22 +107,27 @@ class NeighbourFinder {
   std::array<std::array<Rule, kNeighbourCount>, 8> rule_;
 };
 
-void SumWeights(const GridLevel& fine, GridLevel* coarse) {
+void SumWeights(const GridLevel& fine, GridLevel* coarse, const RunContext& run) {
   coarse->weights.assign(coarse->count(), {});
-  for (int64_t i = 0; i < fine.count(); ++i) {
-    const int32_t parent = fine.parent[i];
+  const std::vector<Children> children = ListChildren(fine, coarse->count());
+  ForEach(run, coarse->count(), [&](int64_t parent) {
     const std::array<int32_t, 3> cell = CellOfKey(coarse->key[parent]);
-    for (int k = 0; k < kNeighbourCount; ++k) {
-      const int32_t j = fine.neighbours[i][k];
-      if (j < 0 || fine.parent[j] == parent) continue;
-      const std::array<int32_t, 3> other = CellOfKey(coarse->key[fine.parent[j]]);
-      const int index = NeighbourIndex(other[0] - cell[0], other[1] - cell[1], other[2] - cell[2]);
-      const float weight = !fine.weights.empty() ? fine.weights[i][k]
-                           : IsAxisNeighbour(k)  ? kAxisWeight
-                                                 : kDiagonalWeight;
-      coarse->weights[parent][index] += weight;
+    const int32_t first = children[parent].first;
+    const int32_t end = first + std::popcount(children[parent].mask);
+    for (int32_t i = first; i < end; ++i) {
+      for (int k = 0; k < kNeighbourCount; ++k) {
+        const int32_t j = fine.neighbours[i][k];
+        if (j < 0 || fine.parent[j] == parent) continue;
+        const std::array<int32_t, 3> other = CellOfKey(coarse->key[fine.parent[j]]);
+        const int index =
+            NeighbourIndex(other[0] - cell[0], other[1] - cell[1], other[2] - cell[2]);
+        const float weight = !fine.weights.empty() ? fine.weights[i][k]
+                             : IsAxisNeighbour(k)  ? kAxisWeight
+                                                   : kDiagonalWeight;
+        coarse->weights[parent][index] += weight;
+      }
     }
-  }
+  });
 }
 
 }  // namespace
@@ -145,7 +150,7 @@ absl::Status BuildPyramid(BackgroundGrid* grid, const RunContext& run) {
     if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
   }
   for (size_t l = 0; l < levels.size(); ++l) {
-    if (l > 0) SumWeights(levels[l - 1], &levels[l]);
+    if (l > 0) SumWeights(levels[l - 1], &levels[l], run);
     for (int64_t i = 0; i < levels[l].count(); ++i) {
       levels[l].colours[levels[l].key[i] & 7].push_back(static_cast<int32_t>(i));
     }

@@ -2,7 +2,9 @@
 
 #include <oneapi/tbb/parallel_sort.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
@@ -39,7 +41,46 @@ std::vector<HeavyNode> HeavyNodes(const std::vector<float>& mass, float least,
   return heavy;
 }
 
-// One choice after the other.
+// What a node would found, were it chosen.
+struct Cluster {
+  Vec3d centre;
+  bool is_well_inside = false;
+  std::vector<int32_t> claimed;  // nodes, its own among them
+};
+
+// One choice after the other. What each of the next ones would found is asked side by side, of all
+// that are not claimed yet; few of those are claimed by one another.
+std::vector<ClusterSite> ChooseSites(const std::vector<HeavyNode>& heavy,
+                                     const ClusterView& clusters, const ClusterTask& task,
+                                     const RunContext& run, const StopPoll& poll) {
+  constexpr size_t kAskedAtOnce = 4096;
+  std::vector<uint8_t> is_claimed(static_cast<size_t>(task.nodes.count()), 0);
+  std::vector<Cluster> asked(std::min(kAskedAtOnce, heavy.size()));
+  std::vector<ClusterSite> sites;
+  for (size_t begin = 0; begin < heavy.size(); begin += asked.size()) {
+    const size_t count = std::min(asked.size(), heavy.size() - begin);
+    ForEach(run, static_cast<int64_t>(count), [&](int64_t i) {
+      const int32_t node = heavy[begin + i].node;
+      if (is_claimed[node] != 0) return;
+      Cluster& cluster = asked[i];
+      cluster.centre = clusters.Centre(node);
+      cluster.is_well_inside =
+          clusters.IsWellInside(task.hull, node, task.nodes[node], cluster.centre);
+      cluster.claimed.clear();
+      if (!cluster.is_well_inside) return;
+      clusters.VisitClaimed(node, cluster.centre, [&](int32_t j) { cluster.claimed.push_back(j); });
+    });
+    poll.Now();
+    for (size_t i = 0; i < count; ++i) {
+      const int32_t node = heavy[begin + i].node;
+      if (is_claimed[node] != 0 || !asked[i].is_well_inside) continue;
+      for (const int32_t j : asked[i].claimed) is_claimed[j] = 1;
+      sites.push_back({node, asked[i].centre});
+    }
+  }
+  return sites;
+}
+
 absl::StatusOr<bool> ClusterOnCpu(const PointIndex& index, const ProgressSlice& slice,
                                   ClusterTask& task) {
   const RunContext& run = slice.run();
@@ -51,19 +92,7 @@ absl::StatusOr<bool> ClusterOnCpu(const PointIndex& index, const ProgressSlice& 
   slice.Report(0.5);
 
   const StopPoll poll(run);
-  std::vector<uint8_t> is_claimed(static_cast<size_t>(count), 0);
-  std::vector<ClusterSite> sites;
-  int64_t visited = 0;
-  for (const HeavyNode& heavy : HeavyNodes(mass, task.least_mass, poll)) {
-    poll.At(++visited);
-    const int32_t node = heavy.node;
-    if (is_claimed[node] != 0) continue;
-    const Vec3d centre = clusters.Centre(node);
-    if (!clusters.IsWellInside(task.hull, node, task.nodes[node], centre)) continue;
-    clusters.VisitClaimed(node, centre, [&](int32_t j) { is_claimed[j] = 1; });
-    sites.push_back({node, centre});
-  }
-  task.sites = std::move(sites);
+  task.sites = ChooseSites(HeavyNodes(mass, task.least_mass, poll), clusters, task, run, poll);
   return true;
 }
 
