@@ -67,5 +67,33 @@ TEST_F(EmulatedRun, TakesNoMoreMemoryThanItUses) {
   EXPECT_EQ(result->mesh.vertices, expected->mesh.vertices);
 }
 
+// A lane that was left in any state is not used again.
+TEST_F(EmulatedRun, AFailureAnywhereGivesAllBackAndTheNextRunIsAsGoodAsAnyOther) {
+  const auto mesh = [] {
+    MeshingParams params;
+    params.sizing.cell_count = 64;
+    params.sizing.trial_count = 1;
+    params.run.backend = Backend::kCuda;
+    RunContext run;
+    return Mesh(fixtures::MakeSphere(1, 0.08), params, run);
+  };
+  const auto expected = mesh();
+  ASSERT_TRUE(expected.ok()) << expected.status();
+  const int64_t calls = controls().calls;
+  constexpr int kFailures = 7;
+  for (int i = 0; i < kFailures; ++i) {
+    device_->Restart();
+    controls().failing_call = 3 + i * calls * 9 / 10 / kFailures;
+    EXPECT_EQ(mesh().status().code(), absl::StatusCode::kInternal) << i;
+    EXPECT_EQ(controls().used, 0) << i;
+    EXPECT_EQ(controls().unused, 0) << i;
+    EXPECT_EQ(controls().stray_frees, 0) << i;
+  }
+  device_->Restart();
+  const auto again = mesh();
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->mesh.vertices, expected->mesh.vertices);
+}
+
 }  // namespace
 }  // namespace amhex

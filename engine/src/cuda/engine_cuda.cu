@@ -18,6 +18,7 @@
 #include "fields/cluster_impl.h"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
+#include "fields/ordered_total.cuh"
 #include "geometry/match_impl.h"
 #include "input/hull_batch_impl.h"
 #include "input/hull_tree_impl.h"

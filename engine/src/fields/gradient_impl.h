@@ -13,6 +13,7 @@
 #include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/gradient_task.h"
+#include "fields/ordered_total.h"
 #include "fields/phase_seeds_impl.h"
 #include "fields/sum_blocks.h"
 
@@ -77,52 +78,39 @@ struct PartialSumBody {
   }
 };
 
-// What is decided once a sum is there; each runs as one element.
+// What is decided once a sum is there (ordered_total.h).
 struct DecideBody {
   ArrayView<const double> partial;
   ArrayView<int64_t> counts;
   ArrayView<double> numbers;
 
-  // In the order of the blocks. One thread adds them up, so the blocks of a batch are read before
-  // the first is added: a device then waits for memory once per batch.
-  AMHEX_HD double Total() const {
-    constexpr int kBatch = 16;
-    double sum = 0;
-    int64_t i = 0;
-    for (; i + kBatch * kSumLanes <= partial.size; i += kBatch * kSumLanes) {
-      double block[kBatch];
-      for (int b = 0; b < kBatch; ++b) block[b] = OfBlock(i + b * kSumLanes);
-      for (int b = 0; b < kBatch; ++b) sum += block[b];
-    }
-    for (; i < partial.size; i += kSumLanes) sum += OfBlock(i);
-    return sum;
+  AMHEX_HD int64_t block_count() const { return partial.size / kSumLanes; }
+  AMHEX_HD double OfBlock(int64_t block) const {
+    return SumOfLanes(partial.data + block * kSumLanes);
   }
-  AMHEX_HD double OfBlock(int64_t i) const { return SumOfLanes(partial.data + i); }
   AMHEX_HD void End() const {
     for (int place = kLiveUnknowns; place <= kIsLive; ++place) counts[place] = 0;
   }
 };
 struct SetGoalBody : DecideBody {
   double tolerance = 0;
-  AMHEX_HD void operator()(int64_t) const { numbers[kGoal] = tolerance * tolerance * Total(); }
+  AMHEX_HD void Decide(double total) const { numbers[kGoal] = tolerance * tolerance * total; }
 };
 struct BeginBody : DecideBody {
-  AMHEX_HD void operator()(int64_t) const {
-    numbers[kNorm] = Total();
-    if (!(numbers[kNorm] > numbers[kGoal])) End();
+  AMHEX_HD void Decide(double norm) const {
+    numbers[kNorm] = norm;
+    if (!(norm > numbers[kGoal])) End();
   }
 };
 // Without curvature the direction has vanished: nothing is left to improve.
 struct ChooseStepBody : DecideBody {
-  AMHEX_HD void operator()(int64_t) const {
-    const double curvature = Total();
+  AMHEX_HD void Decide(double curvature) const {
     if (!(curvature > 0)) return End();
     numbers[kStep] = numbers[kNorm] / curvature;
   }
 };
 struct ChooseCarryBody : DecideBody {
-  AMHEX_HD void operator()(int64_t) const {
-    const double norm = Total();
+  AMHEX_HD void Decide(double norm) const {
     numbers[kCarry] = norm / numbers[kNorm];
     numbers[kNorm] = norm;
     ++counts[kIterationsDone];
@@ -353,7 +341,7 @@ class GradientSolve {
     body.partial = ReadOnly(partial_.View());
     body.counts = counts_.View();
     body.numbers = numbers_.View();
-    ForLive(description, kIsLive, 1, body);
+    OrderedTotal<E>::Decide(executor_, description, {counts_.View().data + kIsLive, 1}, body);
   }
 
   void Start(double tolerance) {
