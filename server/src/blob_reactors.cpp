@@ -13,6 +13,9 @@ namespace {
 
 // One that is received, one that is stored, one that is hashed, and one that waits.
 constexpr int kMaxChunks = 4;
+// Fewer of those that are larger than clients are told to send: what all uploads hold is bounded by
+// their number.
+constexpr size_t kMaxChunkBytes = kMaxChunks << 20;
 
 absl::Status ClientGone() { return absl::CancelledError("the client ended the stream"); }
 
@@ -42,6 +45,7 @@ void WriteBlobReactor::OnReadDone(bool ok) {
     } else {
       ended_ = chunk->finish;
       ++chunk_count_;
+      chunk_bytes_ += chunk->buffer.Length();
       storing_.Post([this, chunk] { Store(chunk); });
     }
   }
@@ -49,26 +53,28 @@ void WriteBlobReactor::OnReadDone(bool ok) {
 }
 
 void WriteBlobReactor::Store(const Chunk& chunk) {
-  if (IsDecided()) return Leave(std::nullopt);
+  if (IsDecided()) return Leave(chunk, std::nullopt);
   absl::Status status;
   if (!receiver_.begun()) status = Begin(chunk->blob);
   // What is there already needs nothing of what comes.
-  if (!status.ok() || state_.complete) return Leave(status);
+  if (!status.ok() || state_.complete) return Leave(chunk, status);
   status = receiver_.Store(chunk->offset, chunk->data);
-  if (!status.ok()) return Leave(status);
+  if (!status.ok()) return Leave(chunk, status);
   hashing_.Post([this, chunk] { Digest(chunk); });
 }
 
 absl::Status WriteBlobReactor::Begin(const amhex::v1::BlobRef& blob) {
   AMHEX_ASSIGN_OR_RETURN(state_, receiver_.Begin(*caller_, blob));
+  std::lock_guard<std::mutex> lock(mutex_);
+  admitted_ = true;
   return absl::OkStatus();
 }
 
 void WriteBlobReactor::Digest(const Chunk& chunk) {
   absl::Status status = receiver_.Digest(chunk->data);
-  if (status.ok() && !chunk->finish) return Leave(std::nullopt);
+  if (status.ok() && !chunk->finish) return Leave(chunk, std::nullopt);
   if (status.ok()) status = receiver_.Finish(*caller_);
-  Leave(status);
+  Leave(chunk, status);
 }
 
 bool WriteBlobReactor::IsDecided() {
@@ -76,11 +82,17 @@ bool WriteBlobReactor::IsDecided() {
   return outcome_.has_value();
 }
 
-void WriteBlobReactor::Leave(const std::optional<absl::Status>& outcome) {
+void WriteBlobReactor::Leave(const Chunk& chunk, const std::optional<absl::Status>& outcome) {
   std::unique_lock<std::mutex> lock(mutex_);
   --chunk_count_;
+  chunk_bytes_ -= chunk->buffer.Length();
   if (!outcome_) outcome_ = outcome;
   Settle(std::move(lock));
+}
+
+bool WriteBlobReactor::MayTakeMore() const {
+  if (!admitted_) return chunk_count_ == 0;
+  return chunk_count_ < kMaxChunks && chunk_bytes_ < kMaxChunkBytes;
 }
 
 // Whoever changes the state decides under the same lock what follows: a moment later somebody else
@@ -92,7 +104,7 @@ void WriteBlobReactor::Settle(std::unique_lock<std::mutex> lock) {
       lock.unlock();
       return Answer();
     }
-    if (outcome_ || ended_ || reading_ || chunk_count_ >= kMaxChunks) return;
+    if (outcome_ || ended_ || reading_ || !MayTakeMore()) return;
     reading_ = starting_read_ = true;
     lock.unlock();
     StartRead(&incoming_);

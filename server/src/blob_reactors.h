@@ -31,8 +31,10 @@ class WriteBlobReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
   absl::Status Begin(const amhex::v1::BlobRef& blob);
 
   // Nothing more is to be done with one chunk; the stream ends with `outcome` if there is one.
-  void Leave(const std::optional<absl::Status>& outcome);
+  void Leave(const Chunk& chunk, const std::optional<absl::Status>& outcome);
   bool IsDecided();
+  // Under the lock.
+  bool MayTakeMore() const;
   // Reads on, or answers, whichever it is time for.
   void Settle(std::unique_lock<std::mutex> lock);
   void Answer();
@@ -47,7 +49,10 @@ class WriteBlobReactor final : public grpc::ServerReadReactor<grpc::ByteBuffer> 
 
   std::mutex mutex_;
   grpc::ByteBuffer incoming_;
-  int chunk_count_ = 0;  // taken and not yet stored and hashed
+  // Taken and not yet stored and hashed.
+  int chunk_count_ = 0;
+  size_t chunk_bytes_ = 0;
+  bool admitted_ = false;  // among the uploads, which are counted
   bool reading_ = false;
   bool starting_read_ = false;
   bool ended_ = false;  // the caller sends no more

@@ -100,6 +100,15 @@ absl::StatusOr<GrpcJobRelay::Options> PeerOptions(const ServerOptions& options) 
                                options.peer_token};
 }
 
+// A message that is not whole yet waits in memory, also one of a caller who has not said who he is,
+// and neither the number of connections nor that of their calls bounds that. Beyond this gRPC takes
+// less at a time, and ends calls with RESOURCE_EXHAUSTED.
+void BoundMessageMemory(int64_t bytes, grpc::ServerBuilder* builder) {
+  grpc::ResourceQuota quota("messages");
+  quota.Resize(static_cast<size_t>(bytes));
+  builder->SetResourceQuota(quota);
+}
+
 void SetConnectionArguments(const Limits& limits, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
@@ -212,6 +221,7 @@ absl::Status Server::Parts::StartGrpc() {
   builder.SetMaxReceiveMessageSize(max_message);
   builder.SetMaxSendMessageSize(max_message);
   SetConnectionArguments(options.limits, &builder);
+  BoundMessageMemory(options.message_memory_bytes, &builder);
   builder.RegisterService(meshing_service.get());
   builder.RegisterService(blob_service.get());
   grpc_server = builder.BuildAndStart();

@@ -17,6 +17,8 @@
 namespace amhex::server {
 namespace {
 
+// So many of the largest messages find room at the same time.
+constexpr int64_t kLeastMessages = 8;
 // Heartbeats come every third of a lease; an expired one delays its job by as much.
 constexpr absl::Duration kMinLease = absl::Seconds(1);
 constexpr absl::Duration kMaxLease = absl::Minutes(10);
@@ -67,6 +69,10 @@ void AddServingFlags(CLI::App* app, ServerOptions* options) {
          "--metrics-insecure", options->metrics_insecure,
          "Permit the Prometheus page, plain HTTP, on an address that other machines can reach")
       ->envname("AMHEX_METRICS_INSECURE");
+  app->add_option("--message-memory-bytes", options->message_memory_bytes,
+                  "Memory for the messages and calls of all connections together")
+      ->envname("AMHEX_MESSAGE_MEMORY_BYTES")
+      ->capture_default_str();
   app->add_option("--data-dir", options->data_dir, "Folder of the queue and the blobs")
       ->envname("AMHEX_DATA_DIR")
       ->capture_default_str();
@@ -346,6 +352,10 @@ absl::Status Validate(const ServerOptions& options) {
     return Refuse("--worker " + options.worker + " is no executable file");
   }
   const Limits& limits = options.limits;
+  if (options.message_memory_bytes < kLeastMessages * limits.max_message_bytes) {
+    return Refuse("--message-memory-bytes must be at least " +
+                  std::to_string(kLeastMessages * limits.max_message_bytes));
+  }
   const int64_t least = std::min<int64_t>(
       {limits.max_blob_bytes, limits.max_queued_job_count, limits.max_point_count,
        limits.max_triangle_count, limits.max_attribute_count, limits.max_attempts,

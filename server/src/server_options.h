@@ -22,6 +22,9 @@ struct ServerOptions {
   bool insecure = false;
   // The same for the Prometheus page alone, which is always plain HTTP.
   bool metrics_insecure = false;
+  // What gRPC may hold of messages and calls of all connections together, whoever the callers are.
+  // The default is for all uploads at once, each with its chunks of 1 MiB and what is under way.
+  int64_t message_memory_bytes = 512 * kMebibyte;
   TlsFiles tls;
   // File of tokens (token_file.h); empty: callers need none.
   std::string tokens;

@@ -100,6 +100,14 @@ TEST(ServerOptionsCheck, LimitsOfNothingAreRefused) {
   }
 }
 
+TEST(ServerOptionsCheck, MessagesNeedRoomForSeveralOfTheLargest) {
+  EXPECT_EQ(Parse({})->message_memory_bytes, 512 * kMebibyte);
+  EXPECT_FALSE(Parse({"--message-memory-bytes=33554431"}).ok());
+  const auto options = Parse({"--message-memory-bytes=33554432"});
+  ASSERT_TRUE(options.ok()) << options.status();
+  EXPECT_EQ(options->message_memory_bytes, 32 * kMebibyte);
+}
+
 TEST(ServerOptionsCheck, NoPasswordOfAStoreIsShown) {
   for (const char* store :
        {"postgres://me:secret@db/jobs", "postgres://:secret@db/jobs",
