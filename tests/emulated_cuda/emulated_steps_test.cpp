@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -231,12 +232,27 @@ TEST_F(EmulatedSteps, AHierarchyThatTheDeviceAsksIsFetchedWhenTheHostAsks) {
   EXPECT_FALSE(there.is_here());
   EXPECT_LT(controls().downloaded_bytes, UploadedArrays<CpuExecutor>::Bytes(here.view()) / 50);
   for (const Vec3d& p : few) {
-    const HullPoint a = there.Closest(p * 0.9), b = here.Closest(p * 0.9);
-    EXPECT_EQ(a.point, b.point);
-    EXPECT_EQ(a.triangle, b.triangle);
+    EXPECT_EQ(there.Closest(p * 0.9).point, here.Closest(p * 0.9).point);
   }
   EXPECT_TRUE(there.is_here());
   EXPECT_GE(controls().downloaded_bytes, UploadedArrays<CpuExecutor>::Bytes(here.view()));
+}
+
+// Two of one lane, by two threads that are not the one that built them.
+TEST_F(EmulatedSteps, HierarchiesAreFetchedByWhateverThreadsAsk) {
+  const TriangleMesh sphere = fixtures::MakeSphere(2, 0.08);
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  const HullQueries here(sphere.vertices, sphere.triangles);
+  const HullQueries first(sphere.vertices, sphere.triangles, {}, &*device, HullAskers::kDevice);
+  const HullQueries second(sphere.vertices, sphere.triangles, {}, &*device, HullAskers::kDevice);
+  std::vector<std::thread> threads;
+  for (const HullQueries* there : {&first, &second, &first, &second}) {
+    threads.emplace_back([&, there] {
+      EXPECT_EQ(there->Closest({1, 2, 3}).point, here.Closest({1, 2, 3}).point);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
 }
 
 // Eight levels are split before the host looks.

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <mutex>
 #include <new>
 #include <string>
 #include <utility>
@@ -152,7 +153,11 @@ CudaResult Run(HullTreeTask& task) {
   return CudaResult::kDone;
 }
 
+// On the lane that the hierarchy was built on, of whose thread this need not be: that one waits for
+// those that ask on the host, but several of them may want several hierarchies.
 CudaResult Run(HullFetchTask& task) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard<std::mutex> lock(one_at_a_time);
   task.copy = HullCopy<CudaExecutor>(*task.resident);
   return CudaResult::kDone;
 }
