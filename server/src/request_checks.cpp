@@ -25,7 +25,8 @@ std::string Range(int64_t low, int64_t high, int64_t got) {
 
 bool IsWellFormed(const google::protobuf::Duration& span) {
   constexpr int64_t kMaxSeconds = 315'576'000'000;  // of google.protobuf.Duration
-  return std::abs(span.nanos()) < 1'000'000'000 && span.seconds() <= kMaxSeconds &&
+  constexpr int32_t kSecond = 1'000'000'000;
+  return span.nanos() < kSecond && span.nanos() > -kSecond && span.seconds() <= kMaxSeconds &&
          span.seconds() >= -kMaxSeconds;
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <thread>
 
 #include "amhex/v1/blob_service.grpc.pb.h"
@@ -135,6 +136,20 @@ TEST_F(ServerTest, AllBadFieldsAreNamedAtOnce) {
   for (const char* field : {"request_id", "priority", "params.sizing.cell_count", "ttl", "input",
                             "params.relaxation.split_limit", "params.run.seed", "run_timeout"}) {
     EXPECT_NE(std::find(fields.begin(), fields.end(), field), fields.end()) << field;
+  }
+}
+
+TEST_F(ServerTest, SpanWhoseNanosecondsAreASecondOrMoreIsRefused) {
+  const int32_t second = 1'000'000'000;
+  for (const int32_t nanos : {std::numeric_limits<int32_t>::min(), -second, second,
+                              std::numeric_limits<int32_t>::max()}) {
+    auto request = ScriptRequest("succeed mesh;");
+    request.mutable_run_timeout()->set_seconds(60);
+    request.mutable_run_timeout()->set_nanos(nanos);
+    Job job;
+    const grpc::Status status = Submit(request, &job);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << nanos;
+    EXPECT_EQ(BadFields(status), std::vector<std::string>{"run_timeout"}) << nanos;
   }
 }
 
