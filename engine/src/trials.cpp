@@ -24,8 +24,8 @@
 #include "optimize/refill_places.h"
 #include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
-#include "output/mesh_statistics.h"
 #include "output/validate.h"
+#include "placed_loss.h"
 #include "relax/relaxation.h"
 #include "stage.h"
 #include "topology/extract_topology.h"
@@ -51,16 +51,6 @@ constexpr size_t kLeastChoice = 2;
 
 // Less loss than this ends the search among the placed ones.
 constexpr double kGoodLoss = 0.02;
-// Below this minimum, each tenth counts as much as five hundredths of the average.
-constexpr double kGoodMinimum = 0.3;
-// What refilling is expected to make good: it raises most minima above this to the former.
-constexpr double kMendableMinimum = 0.2;
-constexpr double kMinimumWeight = 0.5;
-// Beyond the larger of these distances between input and mesh, edge lengths and a share of the
-// box's diagonal, each tenth of an edge length counts as much as half a hundredth of the average.
-constexpr double kGoodDistance = 1.0 / 6;
-constexpr double kGoodShareOfDiagonal = 0.005;
-constexpr double kDistanceWeight = 0.05;
 // Where a placed mesh has no fault, a closed one of so many times as many other cells is not worth
 // placing: its average would have to be better for all that.
 constexpr double kManyMoreOthers = 1.5;
@@ -112,30 +102,6 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
   }
 }
 
-// Less is better.
-struct PlacedLoss {
-  double cells = 0;   // of the average and of another number of cells than wanted
-  double faults = 0;  // of a poor minimum and of distances
-  double total() const { return cells + faults; }
-};
-
-// A mesh that leaves out the tip of a wedge has better cells than one that reaches into it, so
-// distances count as well.
-PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double good_minimum,
-                  const StopPoll& poll) {
-  const Hull& hull = with.hull;
-  const QualitySummary quality = SummarizeQuality(placed, poll);
-  const MeshStatistics measured =
-      MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll, with.device);
-  const double diagonal = hull.box.Diagonal();  // edge lengths
-  const double distance =
-      std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
-  const double good_distance = std::max(kGoodDistance, kGoodShareOfDiagonal * diagonal);
-  return {1 - quality.average + DeviationLoss(static_cast<double>(placed.cells.size()), hull),
-          kMinimumWeight * std::max(0.0, good_minimum - quality.minimum) +
-              kDistanceWeight * std::max(0.0, distance - good_distance)};
-}
-
 int64_t CountOthers(const CellComplex& complex) {
   const CellCounts counts = CountCells(complex);
   return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
@@ -147,17 +113,32 @@ struct PlacedCandidate {
   CellComplex complex;
   bool is_followed = false;  // its boundary is drawn to the hull
   PlacedLoss loss;
+  double LeastTotal() const {  // once followed
+    return is_followed ? loss.total() : loss.cells + loss.minimum;
+  }
 };
 
-// Draws it to the hull first where it has faults: how far it is from there says little before.
-absl::Status JudgePlaced(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
-  candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
-  if (candidate.loss.faults == 0) return absl::OkStatus();
+// Draws it to the hull, which mends distances alone.
+absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
   AMHEX_ASSIGN_OR_RETURN(candidate.complex,
                          FollowHull(std::move(candidate.complex), with.hull, with.features, run));
   candidate.is_followed = true;
   candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
   return absl::OkStatus();
+}
+
+// How far from the hull one is says little before it has been drawn there, which takes long: done
+// where it can be the best then.
+absl::Status FollowPromising(const Improvement& with, RunContext& run,
+                             std::vector<PlacedCandidate>& placed) {
+  for (;;) {
+    auto best = std::min_element(placed.begin(), placed.end(),
+                                 [](const PlacedCandidate& a, const PlacedCandidate& b) {
+                                   return a.LeastTotal() < b.LeastTotal();
+                                 });
+    if (best->is_followed || best->loss.distance == 0) return absl::OkStatus();
+    AMHEX_RETURN_IF_ERROR(Follow(with, run, *best));
+  }
 }
 
 // Of the closed trials, best first, those that are worth placing, least loss first. They are the
@@ -183,13 +164,18 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
         i + 1 == closed.size() || (others > kMostOthersPlaced && (i > 0 || is_mendable));
     if (is_last && i == 0) break;  // nothing to choose from
     PlacedCandidate& newest = placed.back();
-    AMHEX_RETURN_IF_ERROR(JudgePlaced(with, run, newest));
-    if (is_last || newest.loss.total() < kGoodLoss) break;
-    if (newest.loss.faults == 0 &&
-        static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others)) {
-      break;
+    newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
+    if (is_last) break;
+    // Where a mesh without faults would end the search.
+    const bool is_enough =
+        static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others);
+    if (newest.loss.distance > 0 && newest.loss.minimum == 0 &&
+        (is_enough || newest.LeastTotal() < kGoodLoss)) {
+      AMHEX_RETURN_IF_ERROR(Follow(with, run, newest));
     }
+    if (newest.loss.total() < kGoodLoss || (newest.loss.faults() == 0 && is_enough)) break;
   }
+  if (placed.size() > 1) AMHEX_RETURN_IF_ERROR(FollowPromising(with, run, placed));
   std::stable_sort(placed.begin(), placed.end(),
                    [](const PlacedCandidate& a, const PlacedCandidate& b) {
                      return a.loss.total() < b.loss.total();

@@ -14,6 +14,7 @@
 #include "optimize/move_judge.h"
 #include "optimize/placement.h"
 #include "optimize/press_vertex.h"
+#include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 
 namespace amhex {
@@ -54,6 +55,13 @@ constexpr double kStirred = 0.01;
 // A move across a gap is at most this long, edge lengths.
 constexpr double kLongestMove = 0.7;
 
+// What raising jointly has gained is spent on the way to the hull, and gained once more.
+double FloorFor(double minimum) {
+  constexpr double kSlack = 0.02;  // levels overshoot what is wanted
+  if (minimum < kJointlyWanted + kSlack) return kLeastFloor;
+  return std::min(minimum, kMostFloor);
+}
+
 class Follower {
  public:
   Follower(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits)
@@ -61,8 +69,7 @@ class Follower {
         sampling_(sampling),
         limits_(limits),
         view_(ViewOf(placement)),
-        floor_(std::clamp(SummarizeQuality(placement.complex).min_scaled_jacobian, kLeastFloor,
-                          kMostFloor)),
+        floor_(FloorFor(SummarizeQuality(placement.complex).min_scaled_jacobian)),
         moved_(placement.complex.vertices.size(), 0),
         changed_(moved_.size(), 0),
         refusals_(moved_.size()),
@@ -95,6 +102,8 @@ class Follower {
         placement_,
         {QualityAim::kAverage, kAverageTarget, floor_, CornerPenalty{.kind = EnergyKind::kMinima}},
         kSweepsPerPass, memory, run));
+    RaiseJointly(placement_, kJointlyWanted, run);
+    AMHEX_RETURN_IF_ERROR(run.CheckStop());
     for (size_t v = 0; v < before.size(); ++v) {
       if (Norm(placement_.complex.vertices[v] - before[v]) > kStirred) {
         NoteChange(static_cast<int32_t>(v));

@@ -42,9 +42,12 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     }
     const std::vector<CellCorners> before = complex.cells;
     // Repairs and moves make room: what could not be peeled or joined a round ago may be now.
+    // Not where the last round asked for the same and changed nothing.
     const StarFolds folds = i < kFoldingRounds ? StarFolds::kAllowed : StarFolds::kRefused;
-    AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
-    AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, with.hull, run));
+    if (!is_placed || i <= kFoldingRounds) {
+      AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
+      AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, with.hull, run));
+    }
     if (folds == StarFolds::kAllowed && complex.cells != before) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
     }

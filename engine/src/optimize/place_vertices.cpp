@@ -9,6 +9,7 @@
 #include "optimize/hull_features.h"
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
+#include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 #include "optimize/report_cells.h"
 
@@ -67,6 +68,10 @@ class Placer {
 
   absl::Status Run(PlacementEffort effort) {
     absl::Status status;
+    if (effort == PlacementEffort::kJoint) {
+      RaiseJointly(placement_, kJointlyWanted, run_);
+      return run_.CheckStop();
+    }
     if (effort != PlacementEffort::kRaise) status = ReachHull();
     if (!status.ok()) return status;
     status = RaiseMinimum(effort);
@@ -111,7 +116,9 @@ class Placer {
       const bool quick = effort == PlacementEffort::kValid;
       if (status.ok()) status = RaiseLevels(shape, quick ? kValidLevels : shape.max_levels);
     }
-    return status;
+    if (!status.ok()) return status;
+    RaiseJointly(placement_, kJointlyWanted, run_);
+    return run_.CheckStop();
   }
 
   // Level by level; cells that a level cannot raise are left behind, or one hopeless cell would end

@@ -17,6 +17,7 @@ class DeviceUse;
 enum class PlacementEffort : uint8_t {
   kValid,  // onto the hull, and the worst cells raised: between changes of the cells
   kBest,   // and the average raised: at the end
+  kJoint,  // poor cells raised jointly (raise_jointly), and nothing else
   kRaise,  // the average raised, and nothing drawn to the hull: placed already, cells unchanged
 };
 

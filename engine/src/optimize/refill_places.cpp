@@ -26,7 +26,8 @@ namespace {
 constexpr double kPoor = 0.30;
 // What is tried, until no cell is poor any more; the best of it is kept.
 enum class Remedy : uint8_t {
-  kMove,    // the cells stay, vertices move
+  kJoint,   // the cells stay, vertices around the poor ones move together
+  kMove,    // the cells stay, all vertices move, one after the other
   kRepair,  // poor cells and some of their neighbours become other stars
   kRefill,  // the stars of the poor cells, and layers of cells around, are taken out and refilled
 };
@@ -35,7 +36,8 @@ struct Attempt {
   int layers = 0;
   FirstFilling first = FirstFilling::kStars;
 };
-constexpr Attempt kAttempts[] = {{Remedy::kMove},
+constexpr Attempt kAttempts[] = {{Remedy::kJoint},
+                                 {Remedy::kMove},
                                  {Remedy::kRepair},
                                  {Remedy::kRefill, 0, FirstFilling::kStars},
                                  {Remedy::kRefill, 0, FirstFilling::kCarving},
@@ -68,6 +70,19 @@ constexpr double kWorthwhileShare = 0.8;
 // that is lost shows in more.
 constexpr double kMaxVolumeChange = 0.5;
 constexpr double kHopelessVolumeChange = 2.0;  // before the vertices have moved
+
+PlacementEffort EffortFor(Remedy remedy) {
+  switch (remedy) {
+    case Remedy::kJoint:
+      return PlacementEffort::kJoint;
+    case Remedy::kMove:
+      return PlacementEffort::kRaise;
+    case Remedy::kRepair:
+    case Remedy::kRefill:
+      break;
+  }
+  return PlacementEffort::kValid;
+}
 
 struct Place {
   double quality = 1;      // of its poorest cell
@@ -209,9 +224,8 @@ class PlaceRefill {
       auto changed = Change(closed, attempt, hull, params, run);
       if (!changed.ok() || !excerpt_.TakeBack(&*changed)) continue;
       if (std::abs(QualityOf(*changed).volume - before.volume) > kHopelessVolumeChange) continue;
-      const auto effort =
-          attempt.remedy == Remedy::kMove ? PlacementEffort::kRaise : PlacementEffort::kValid;
-      auto placed = PlacePart(*std::move(changed), fixed_, features, run, effort);
+      auto placed =
+          PlacePart(*std::move(changed), fixed_, features, run, EffortFor(attempt.remedy));
       if (!placed.ok()) continue;
       const PlaceQuality after = QualityOf(*placed);
       if (after.minimum < before.minimum || after.lack >= least ||
@@ -232,6 +246,7 @@ class PlaceRefill {
                                      const Hull& hull, const MeshingParams& params,
                                      const RunContext& run) {
     switch (attempt.remedy) {
+      case Remedy::kJoint:
       case Remedy::kMove:
         return closed;
       case Remedy::kRepair:
