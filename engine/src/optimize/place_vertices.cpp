@@ -54,6 +54,10 @@ constexpr double kGoodMinimum = 0.5;  // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
 constexpr double kUnbearable = 0.28;
+// Where the cells still change, places are raised jointly up to this only: what holds them may be
+// gone with the next change, while vertices that have slid along the hull would stay where they
+// are, and creases that they have left unfollowed.
+constexpr double kWantedOnTheWay = 0.2;
 
 class Placer {
  public:
@@ -117,7 +121,8 @@ class Placer {
       if (status.ok()) status = RaiseLevels(shape, quick ? kValidLevels : shape.max_levels);
     }
     if (!status.ok()) return status;
-    RaiseJointly(placement_, kJointlyWanted, run_);
+    const bool is_on_the_way = effort == PlacementEffort::kValid;
+    RaiseJointly(placement_, is_on_the_way ? kWantedOnTheWay : kJointlyWanted, run_);
     return run_.CheckStop();
   }
 
