@@ -9,7 +9,7 @@
 namespace amhex::client {
 namespace {
 
-constexpr int64_t kDefaultChunkBytes = 1024 * 1024;
+constexpr int64_t kDefaultChunkBytes = int64_t{1024} * 1024;
 // Room for so much of a download is made at once; beyond it the server's word for a size is not
 // enough.
 constexpr int64_t kMaxReservedBytes = int64_t{1} << 30;
@@ -46,7 +46,7 @@ absl::Status Client::Implementation::WriteFrom(
     if (open && on_progress) on_progress(offset, blob.size_bytes());
   } while (open && offset < blob.size_bytes());
   writer->WritesDone();
-  const absl::Status status = silence.Verdict(FromGrpcStatus(writer->Finish()));
+  absl::Status status = silence.Verdict(FromGrpcStatus(writer->Finish()));
   if (status.ok()) *committed = response.committed_size();
   return status;
 }

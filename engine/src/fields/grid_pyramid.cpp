@@ -137,7 +137,7 @@ absl::Status BuildPyramid(BackgroundGrid* grid, const RunContext& run) {
   while (levels.back().count() > kCoarsestCount) {
     GridLevel coarse = MakeParents(&levels.back());
     levels.push_back(std::move(coarse));
-    if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
+    if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   }
   FindNeighboursByPairs(&levels.back());
   for (size_t l = levels.size() - 1; l-- > 0;) {
@@ -147,14 +147,14 @@ absl::Status BuildPyramid(BackgroundGrid* grid, const RunContext& run) {
     ForEach(run, level.count(), [&](int64_t i) {
       for (int k = 0; k < kNeighbourCount; ++k) level.neighbours[i][k] = finder.Find(i, k);
     });
-    if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
+    if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   }
   for (size_t l = 0; l < levels.size(); ++l) {
     if (l > 0) SumWeights(levels[l - 1], &levels[l], run);
     for (int64_t i = 0; i < levels[l].count(); ++i) {
       levels[l].colours[levels[l].key[i] & 7].push_back(static_cast<int32_t>(i));
     }
-    if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
+    if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/sort_unique.h"
 #include "optimize/constrain.h"
 #include "optimize/move_judge.h"
 
@@ -32,11 +33,6 @@ constexpr Guard kSagGuard = {0.1, 0.004, 10};  // edge lengths
 constexpr Guard kAgreementGuard = {0.3, 0.01, 10};
 constexpr Guard kFoldGuard = {kNearFolding, 0.002, 20};
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
-
-void SortUnique(std::vector<int32_t>& items) {
-  std::sort(items.begin(), items.end());
-  items.erase(std::unique(items.begin(), items.end()), items.end());
-}
 
 void Append(ArrayView<const int32_t> items, std::vector<int32_t>* list) {
   list->insert(list->end(), items.data, items.data + items.size);

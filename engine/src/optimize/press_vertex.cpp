@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/sort_unique.h"
 #include "optimize/move_judge.h"
 
 namespace amhex {
@@ -20,11 +21,6 @@ constexpr double kAverageTarget = 0.99;
 constexpr float kFirstStep = 0.1F;
 // The faces at the vertex may turn this far from the hull (cosine), as in any move (move_judge).
 constexpr double kMinNormalAgreement = 0.3;
-
-void SortUnique(std::vector<int32_t>& items) {
-  std::sort(items.begin(), items.end());
-  items.erase(std::unique(items.begin(), items.end()), items.end());
-}
 
 }  // namespace
 
