@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "closure/rank_complexes.h"
+#include "optimize/hull_deviation.h"
 #include "optimize/raise_quality.h"
 #include "output/finalize_mesh.h"
 #include "output/mesh_statistics.h"
@@ -11,10 +12,8 @@ namespace amhex {
 namespace {
 
 constexpr double kMinimumWeight = 0.5;
-// Beyond the larger of these distances between input and mesh, edge lengths and a share of the
-// box's diagonal, each tenth of an edge length counts as much as half a hundredth of the average.
-constexpr double kGoodDistance = 1.0 / 6;
-constexpr double kGoodShareOfDiagonal = 0.005;
+// Each tenth of an edge length between input and mesh beyond what is asked of a boundary
+// (optimize/hull_deviation) counts as much as half a hundredth of the average.
 constexpr double kDistanceWeight = 0.05;
 
 }  // namespace
@@ -28,10 +27,9 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const double diagonal = hull.box.Diagonal();  // edge lengths
   const double distance =
       std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
-  const double good_distance = std::max(kGoodDistance, kGoodShareOfDiagonal * diagonal);
   return {1 - quality.average + DeviationLoss(static_cast<double>(placed.cells.size()), hull),
           kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
-          kDistanceWeight * std::max(0.0, distance - good_distance)};
+          kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit)};
 }
 
 }  // namespace amhex
