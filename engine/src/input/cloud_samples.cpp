@@ -13,7 +13,9 @@
 #include "base/status_macros.h"
 #include "input/curvature.h"
 #include "input/estimate_normals.h"
+#include "input/even_normals.h"
 #include "input/hollow_parts.h"
+#include "input/normal_scatter.h"
 #include "input/point_tree.h"
 #include "input/smooth_noise.h"
 
@@ -200,6 +202,14 @@ absl::Status EvenOutNoise(RunContext& run, CloudSamples& samples,
   return absl::OkStatus();
 }
 
+absl::Status EvenOutGivenNormals(RunContext& run, CloudSamples& samples) {
+  const PointTree tree(samples.position);
+  AMHEX_ASSIGN_OR_RETURN(const bool are_rough,
+                         NormalsScatterMore(samples.position, samples.normal, tree, run));
+  if (!are_rough) return absl::OkStatus();
+  return EvenOutNormals(samples.position, tree, run, samples.normal);
+}
+
 }  // namespace
 
 absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
@@ -215,6 +225,7 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
     Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
+    AMHEX_RETURN_IF_ERROR(EvenOutGivenNormals(run, samples));
   }
   if (samples.position.size() < 4) {
     return absl::InvalidArgumentError(

@@ -20,7 +20,8 @@ struct CloudSamples {
 // Joins equal points, leaves out those without a direction and outliers, and
 // measures how much surface each sample stands for: from the distance to the 12th neighbour that
 // looks to the same side, the median of the neighbourhood taken. A cloud without normals gets them
-// from EstimateNormals and HollowNestedParts. One warning per thing repaired.
+// from EstimateNormals and HollowNestedParts; given ones that scatter more than the points do are
+// evened out. One warning per thing repaired.
 absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
                                           std::vector<std::string>& warnings);
 
