@@ -156,6 +156,54 @@ TEST_F(ClientTest, RepeatedSubmissionsCarryTheSameRequestId) {
   EXPECT_EQ(server_.mesher.last_submission.request_id(), options.request_id);
 }
 
+TEST_F(ClientTest, CallsThatTheServerHadNoRoomForAreRepeated) {
+  server_.mesher.busy_submissions = 2;
+  server_.mesher.busy = {grpc::StatusCode::RESOURCE_EXHAUSTED, "Received RST_STREAM with code 11"};
+  const auto job = client_.Submit({v1::INPUT_ENCODING_DRACO, "bytes"}, {});
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(server_.mesher.submissions, 3);
+}
+
+TEST_F(ClientTest, LimitsThatStayAreNotTriedAgain) {
+  server_.mesher.busy_submissions = 1000;
+  for (const grpc::Status& limit :
+       {ErrorWithReason(grpc::StatusCode::RESOURCE_EXHAUSTED, "STORAGE_FULL"),
+        grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                     "Received message larger than max (9 vs. 4)"),
+        grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                     "received initial metadata size exceeds limit (9 vs. 4)")}) {
+    server_.mesher.submissions = 0;
+    server_.mesher.busy = limit;
+    const auto job = client_.Submit({v1::INPUT_ENCODING_DRACO, "bytes"}, {});
+    EXPECT_EQ(job.status().code(), absl::StatusCode::kResourceExhausted) << job.status();
+    EXPECT_EQ(server_.mesher.submissions, 1) << limit.error_message();
+  }
+}
+
+TEST(Client, AServerThatHasNoRoomIsNamed) {
+  FakeServer server;
+  Client client({.address = server.address, .patience = absl::Milliseconds(300)});
+  server.mesher.busy_submissions = 1000;
+  server.mesher.busy = {grpc::StatusCode::RESOURCE_EXHAUSTED, "Received RST_STREAM with code 11"};
+  const auto job = client.Submit({v1::INPUT_ENCODING_DRACO, "bytes"}, {});
+  EXPECT_EQ(job.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(job.status().message()), HasSubstr(server.address));
+  EXPECT_GT(server.mesher.submissions, 1);
+}
+
+// Patience is for what does not move.
+TEST(Client, UploadsThatTakeLongerThanPatienceGoOnWhereTheyBrokeOff) {
+  FakeServer server;
+  Client client({.address = server.address, .patience = absl::Milliseconds(700)});
+  server.blobs.bytes_per_stream = 10'000;
+  server.blobs.milliseconds_per_chunk = 100;
+  const std::string bytes = Bytes(15'000);
+  const auto blob = client.Upload(bytes);
+  ASSERT_TRUE(blob.ok()) << blob.status();
+  EXPECT_EQ(server.blobs.write_streams, 2);
+  EXPECT_EQ(server.blobs.bytes_received, 15'000) << "no byte travels twice";
+}
+
 TEST_F(ClientTest, WatchingGoesOnAfterTheLastFrameSeen) {
   server_.mesher.frames = {StateFrame(v1::Job::QUEUED),
                            StateFrame(v1::Job::RUNNING),

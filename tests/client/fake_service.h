@@ -27,12 +27,14 @@ inline grpc::Status ErrorWithReason(grpc::StatusCode code, const std::string& re
   return {code, "said by the fake server", status.SerializeAsString()};
 }
 
+inline void Sleep(int64_t milliseconds) {
+  gpr_sleep_until(
+      gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(milliseconds, GPR_TIMESPAN)));
+}
+
 // What a server does that has forgotten a call.
 inline void WaitUntilCancelled(grpc::ServerContext* context) {
-  while (!context->IsCancelled()) {
-    gpr_sleep_until(
-        gpr_time_add(gpr_now(GPR_CLOCK_MONOTONIC), gpr_time_from_millis(10, GPR_TIMESPAN)));
-  }
+  while (!context->IsCancelled()) Sleep(10);
 }
 
 // Keeps blobs in memory. Streams break after `bytes_per_stream` bytes.
@@ -42,6 +44,7 @@ class FakeBlobs final : public v1::Blobs::Service {
   bool corrupts = false;
   int write_streams = 0, read_streams = 0;
   int silent_streams = 0;  // so many of the first of each kind fall silent half way
+  int64_t milliseconds_per_chunk = 0;
   int64_t bytes_received = 0;
   std::map<std::string, std::string> stored;  // by SHA-256; may be incomplete
 
@@ -55,6 +58,7 @@ class FakeBlobs final : public v1::Blobs::Service {
     while (reader->Read(&request)) {
       if (received > 0 && write_streams <= silent_streams) WaitUntilCancelled(context);
       if (context->IsCancelled()) break;
+      Sleep(milliseconds_per_chunk);
       if (request.has_blob()) name = request.blob().sha256();
       std::string& bytes = stored[name];
       if (request.offset() != static_cast<int64_t>(bytes.size())) {
@@ -113,6 +117,7 @@ class FakeMesher final : public v1::Mesher::Service {
   std::vector<v1::WatchJobResponse> frames;  // seq is set when sent: 1, 2, ...
   size_t frames_per_stream = 1000;
   int watch_streams = 0, submissions = 0, busy_submissions = 0;
+  grpc::Status busy{grpc::StatusCode::UNAVAILABLE, "busy"};
   bool hangs = false;      // WatchJob never ends
   int silent_streams = 0;  // so many of the first of WatchJob and Mesh say nothing after a frame
   int mesh_streams = 0;
@@ -131,9 +136,7 @@ class FakeMesher final : public v1::Mesher::Service {
   grpc::Status SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request,
                          v1::SubmitJobResponse* response) override {
     ++submissions;
-    if (submissions <= busy_submissions) {
-      return {grpc::StatusCode::UNAVAILABLE, "busy"};
-    }
+    if (submissions <= busy_submissions) return busy;
     last_submission = *request;
     response->mutable_job()->set_name("jobs/one");
     return grpc::Status::OK;

@@ -22,6 +22,17 @@ absl::Status CheckEncoding(const v1::MeshingResult& result) {
 
 }  // namespace
 
+absl::StatusOr<v1::QueryWriteStatusResponse> Client::Implementation::QueryWriteStatus(
+    const v1::BlobRef& blob) {
+  v1::QueryWriteStatusRequest query;
+  *query.mutable_blob() = blob;
+  v1::QueryWriteStatusResponse there;
+  const absl::Status status =
+      Call<v1::Blobs::Stub>(blobs.get(), &v1::Blobs::Stub::QueryWriteStatus, query, &there);
+  if (!status.ok()) return status;
+  return there;
+}
+
 absl::Status Client::Implementation::WriteFrom(
     std::string_view bytes, const v1::BlobRef& blob, int64_t chunk_bytes,
     const std::function<void(int64_t, int64_t)>& on_progress, int64_t* committed) {
@@ -67,24 +78,28 @@ absl::StatusOr<v1::BlobRef> Client::Upload(
       limits->preferred_chunk_bytes() > 0 ? limits->preferred_chunk_bytes() : kDefaultChunkBytes;
   Patience patience = implementation_->NewPatience();
   int64_t known = -1;
+  absl::Status failure;  // of the last stream, until it has been waited for
   while (true) {
-    v1::QueryWriteStatusRequest query;
-    *query.mutable_blob() = blob;
-    v1::QueryWriteStatusResponse there;
-    absl::Status status = implementation_->Call<v1::Blobs::Stub>(
-        implementation_->blobs.get(), &v1::Blobs::Stub::QueryWriteStatus, query, &there);
-    if (!status.ok()) return status;
-    if (there.complete()) return blob;
-    int64_t committed = there.committed_size();
+    const absl::StatusOr<v1::QueryWriteStatusResponse> there =
+        implementation_->QueryWriteStatus(blob);
+    if (!there.ok()) return there.status();
+    if (there->complete()) return blob;
+    int64_t committed = there->committed_size();
+    // However long a stream took: what counts is whether it moved anything.
     if (committed > known) patience.Renew();
     known = std::max(known, committed);
-    status = implementation_->WriteFrom(bytes, blob, chunk_bytes, on_progress, &committed);
-    if (status.ok() && committed == blob.size_bytes()) return blob;
-    // Another offset than ours, or an early end: ask again where to go on.
-    if (status.ok() || ReasonOf(status) == "WRONG_OFFSET") {
-      status = absl::UnavailableError("the upload did not end");
+    if (!failure.ok()) {
+      if (!patience.ShouldRetry(failure)) return implementation_->Named(failure);
+      failure = absl::OkStatus();
+      continue;  // what was under way may have arrived meanwhile
     }
-    if (!patience.ShouldRetry(status)) return implementation_->Named(status);
+    failure = implementation_->WriteFrom(bytes, blob, chunk_bytes, on_progress, &committed);
+    if (failure.ok() && committed == blob.size_bytes()) return blob;
+    // Another offset than ours, or an early end: ask again where to go on.
+    if (failure.ok() || ReasonOf(failure) == "WRONG_OFFSET") {
+      failure = absl::UnavailableError("the upload did not end");
+    }
+    if (!patience.MayPass(failure)) return implementation_->Named(failure);
   }
 }
 

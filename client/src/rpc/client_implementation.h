@@ -53,10 +53,16 @@ class Client::Implementation {
     }
   }
 
-  // An unreachable server's status with its address, which gRPC leaves out.
+  // The status of a server that is unreachable or out of room with its address, which gRPC leaves
+  // out.
   absl::Status Named(const absl::Status& status) const {
     if (options.interrupt != nullptr && options.interrupt->requested()) {
       return absl::CancelledError("interrupted");
+    }
+    if (HasNoRoomNow(status)) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the server at ", options.address,
+                       " has no memory left for messages: ", std::string(status.message())));
     }
     if (!absl::IsUnavailable(status) || !ReasonOf(status).empty()) return status;
     return absl::UnavailableError(absl::StrCat(
@@ -76,7 +82,9 @@ class Client::Implementation {
     return *limits;
   }
 
-  // One WriteBlob stream from `offset` on; `committed` becomes what the server has.
+  // What the server has of a blob.
+  absl::StatusOr<v1::QueryWriteStatusResponse> QueryWriteStatus(const v1::BlobRef& blob);
+  // One WriteBlob stream from `committed` on, which becomes what the server has.
   absl::Status WriteFrom(std::string_view bytes, const v1::BlobRef& blob, int64_t chunk_bytes,
                          const std::function<void(int64_t, int64_t)>& on_progress,
                          int64_t* committed);

@@ -18,10 +18,18 @@ struct Course {
   const WatchOptions* watch = nullptr;
   Patience patience;
   // How far it has come.
+  int64_t committed = 0;  // of the input, by the server's word
   int64_t seq = 0;
   v1::Job job;  // without a name before it is submitted
   std::string mesh;
 };
+
+// However long a stream took: what counts is whether it moved anything.
+void NoteCommitted(int64_t committed, Course* course) {
+  if (committed <= course->committed) return;
+  course->committed = committed;
+  course->patience.Renew();
+}
 
 // False when the server takes no more.
 bool SendInput(int64_t offset, Stream* stream, SilenceGuard* silence, Course* course) {
@@ -34,7 +42,6 @@ bool SendInput(int64_t offset, Stream* stream, SilenceGuard* silence, Course* co
     if (!stream->Write(request)) return false;
     silence->Renew();
     offset += length;
-    course->patience.Renew();
     if (course->submit->on_upload) course->submit->on_upload(offset, size);
   }
   return true;
@@ -56,7 +63,11 @@ bool Follow(Stream* stream, SilenceGuard* silence, Course* course) {
   v1::MeshResponse response;
   while (stream->Read(&response)) {
     silence->Renew();
-    course->patience.Renew();
+    if (response.has_upload()) {
+      NoteCommitted(response.upload().committed_size(), course);
+    } else {
+      course->patience.Renew();
+    }
     if (response.has_upload() && !response.upload().complete() &&
         !SendInput(response.upload().committed_size(), stream, silence, course)) {
       return true;
@@ -90,7 +101,7 @@ absl::StatusOr<MeshedInput> Client::Mesh(const EncodedInput& input, const v1::Me
   const int64_t chunk_bytes =
       limits->preferred_chunk_bytes() > 0 ? limits->preferred_chunk_bytes() : kDefaultChunkBytes;
   Course course{input.bytes, chunk_bytes, &submit, &watch, implementation_->NewPatience(),
-                0,           {},          {}};
+                0,           0,           {},      {}};
   while (course.job.name().empty()) {
     InterruptibleCall call(implementation_->options);
     const auto stream = implementation_->mesher->Mesh(call.context());
@@ -101,8 +112,14 @@ absl::StatusOr<MeshedInput> Client::Mesh(const EncodedInput& input, const v1::Me
     absl::Status status = silence.Verdict(FromGrpcStatus(stream->Finish()));
     if (!course.job.name().empty()) break;
     if (status.ok()) status = absl::UnavailableError("the stream ended before the job");
-    if (!course.patience.ShouldRetry(status)) return implementation_->Named(status);
+    if (!course.patience.MayPass(status)) return implementation_->Named(status);
     if (watch.on_reconnect) watch.on_reconnect(status);
+    if (first.submit().has_input_blob()) {
+      const auto there = implementation_->QueryWriteStatus(first.submit().input_blob());
+      if (!there.ok()) return there.status();
+      NoteCommitted(there->committed_size(), &course);
+    }
+    if (!course.patience.ShouldRetry(status)) return implementation_->Named(status);
   }
   if (!IsFinal(course.job)) {
     const absl::Status status =

@@ -1,6 +1,8 @@
 // How long and how often a call that cannot get through is repeated.
 #pragma once
 
+#include <random>
+
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -14,9 +16,12 @@ class Patience {
   Patience(absl::Duration total, const Interrupt* interrupt)
       : total_(total), deadline_(absl::Now() + total), interrupt_(interrupt) {}
 
-  // After a failure: waits and says whether to try again. Only UNAVAILABLE, ABORTED, calls
-  // that the server cut off, and errors that come with a retry delay are worth it. False once the
-  // time is up or the call interrupted.
+  // Whether a failure may pass: UNAVAILABLE, ABORTED, calls that the server cut off or had no room
+  // for, and errors that come with a retry delay.
+  bool MayPass(const absl::Status& failure) const;
+
+  // After a failure: waits and says whether to try again. False if it cannot pass, once the time is
+  // up or the call interrupted.
   bool ShouldRetry(const absl::Status& failure);
 
   // Something got through: the time starts anew.
@@ -27,6 +32,7 @@ class Patience {
   absl::Time deadline_;
   absl::Duration next_wait_ = kFirstWait;
   const Interrupt* interrupt_;
+  std::minstd_rand random_{std::random_device()()};
 
   static constexpr absl::Duration kFirstWait = absl::Milliseconds(100);
 };

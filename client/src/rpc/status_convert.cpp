@@ -1,6 +1,7 @@
 #include "rpc/status_convert.h"
 
 #include "absl/strings/cord.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "amhex/client.h"
 #include "google/rpc/error_details.pb.h"
@@ -61,6 +62,14 @@ std::optional<absl::Duration> RetryDelayOf(const absl::Status& status) {
   if (!info) return std::nullopt;
   return absl::Seconds(info->retry_delay().seconds()) +
          absl::Nanoseconds(info->retry_delay().nanos());
+}
+
+bool HasNoRoomNow(const absl::Status& status) {
+  if (!absl::IsResourceExhausted(status) || !ReasonOf(status).empty()) return false;
+  // gRPC tells only in words that a message ("larger than max") or metadata ("exceeds limit") are
+  // longer than the receiver takes.
+  return !absl::StrContains(status.message(), "larger than max") &&
+         !absl::StrContains(status.message(), "exceeds limit");
 }
 
 std::string MetadataOf(const absl::Status& status, const std::string& key) {

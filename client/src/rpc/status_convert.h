@@ -18,6 +18,11 @@ absl::Status FromRpcStatus(const google::rpc::Status& status);
 // When the server advises to repeat the call.
 std::optional<absl::Duration> RetryDelayOf(const absl::Status& status);
 
+// True if the server's transport has ended the call because its memory for messages was full. The
+// service's own RESOURCE_EXHAUSTED have a reason, and a message that is too long for either side
+// stays too long.
+bool HasNoRoomNow(const absl::Status& status);
+
 // ErrorInfo.metadata[key], or "".
 std::string MetadataOf(const absl::Status& status, const std::string& key);
 

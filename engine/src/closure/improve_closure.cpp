@@ -121,16 +121,23 @@ class Improver {
   void RepairCell(int cell, double quality) {
     std::vector<Region> seeds(1);
     seeds[0].cells = {cell};
+    std::vector<std::vector<int>> stars;
     for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
       if (!IsApex(v)) continue;
       Region star;
       star.cells = LivingCellsAt(v);
-      if (star.cells.size() <= kMaxSeedCells) seeds.push_back(std::move(star));
+      if (star.cells.size() > kMaxSeedCells) continue;
+      if (grown_in_vain_.contains(star.cells)) return;
+      stars.push_back(star.cells);
+      seeds.push_back(std::move(star));
     }
     const double cost_to_beat = QualityPenalty(repair_weights_, quality) - kMinRepairGain;
     const auto filling = GrowStar(mesh_, hull_, no_cavities_, repair_weights_, limits_,
                                   std::move(seeds), cost_to_beat);
-    if (!filling || filling->quality <= quality) return;
+    if (!filling || filling->quality <= quality) {
+      grown_in_vain_.insert(stars.begin(), stars.end());
+      return;
+    }
     Apply(*filling);
   }
 
@@ -184,6 +191,9 @@ class Improver {
   const RunContext& run_;
   WorkingMesh mesh_;
   std::vector<std::vector<int>> cells_at_;
+  // Stars (their cells) that grew to no replacement for the poorest of their cells, which asks for
+  // least: the others are not worth a try.
+  std::set<std::vector<int>> grown_in_vain_;
   const Cavities no_cavities_;
   GrowthLimits limits_;
   FillWeights repair_weights_;
