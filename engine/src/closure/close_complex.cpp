@@ -12,6 +12,7 @@
 #include "closure/cavities.h"
 #include "closure/delaunay_fill.h"
 #include "closure/extrude_layer.h"
+#include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
 #include "optimize/report_cells.h"
@@ -72,6 +73,7 @@ class Closer {
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
+    FillWedges(hull_, &mesh_, StopPoll(run_));
     for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
     first_open_ = std::max<size_t>(1, mesh_.OpenFaces().size());
     for (const StarRound& round : kFirstRounds) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "closure/extrude_layer.h"
+#include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
 
 namespace amhex {
@@ -45,6 +46,7 @@ RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull,
     RemoveLooseCells(&mesh);
     SnapFacesToHull(hull, &mesh);
     ExtrudeToHull(hull, &mesh);
+    FillWedges(hull, &mesh, poll);
   }
   RankedComplex judged{index, 0, static_cast<int64_t>(mesh.OpenFaces().size())};
   double cells = 0, loss = 0;

@@ -9,6 +9,10 @@
 
 namespace amhex {
 
+// Sides that meet in a ridge of less than 50 degrees have normals whose cosine is below this. A row
+// of cells that ends one edge length before such a ridge is less than one edge length high there.
+inline constexpr double kAcuteRidgeCosine = -0.643;
+
 // Fills hull.sharp_edges, sharp_degree and patch from its vertices, triangles and normals.
 //
 // An edge is sharp if the normals of its triangles differ by more than `sharp_angle_degrees`, and

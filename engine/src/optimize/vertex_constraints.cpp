@@ -7,6 +7,8 @@
 #include <tuple>
 #include <vector>
 
+#include "input/sharp_features.h"
+
 namespace amhex {
 namespace {
 
@@ -22,6 +24,11 @@ constexpr double kNormalWeight = 1.0;
 // Hull faces on both sides of a crease that fades out inside a patch: their normals differ by more
 // than about 25 degrees.
 constexpr double kFadingCreaseCosine = 0.9;
+
+// A face between two sides that meet in an acute ridge, and agrees with neither (cosine), is the
+// blunt end of cells that stop that far before it, in edge lengths.
+constexpr double kBluntAgreement = 0.5;
+constexpr double kBluntReach = 0.3;
 
 using PatchList = std::vector<int32_t>;
 
@@ -50,7 +57,22 @@ Vec3d FaceMiddle(const CellFace& face, const std::vector<Vec3d>& vertices) {
   return sum / static_cast<double>(face.count);
 }
 
-void LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
+// `nearest` is the hull's closest point to the face's middle.
+bool IsBluntEnd(const Vec3d& middle, const Vec3d& face_normal, const HullPoint& nearest,
+                const HullFeatures& features) {
+  if (nearest.distance > kBluntReach) return false;
+  const std::vector<int32_t>& adjacent =
+      features.AdjacentPatches(features.PatchOf(nearest.triangle));
+  return std::any_of(adjacent.begin(), adjacent.end(), [&](int32_t other) {
+    const HullPoint across = features.ClosestOnPatch(other, middle);
+    return across.distance <= kBluntReach && Dot(face_normal, across.normal) < kBluntAgreement &&
+           Dot(nearest.normal, across.normal) < kAcuteRidgeCosine &&
+           Dot(face_normal, nearest.normal + across.normal) > 0;
+  });
+}
+
+// True if the face is a blunt end, which lies on no patch.
+bool LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
                 const HullFeatures& features, int32_t& patch, Vec3d& normal) {
   const Vec3d middle = FaceMiddle(face, vertices);
   const Vec3d face_normal = FaceNormal(face, vertices);
@@ -58,22 +80,39 @@ void LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
   patch = features.PatchOf(nearest.triangle);
   normal = nearest.normal;
   const double agreement = Dot(face_normal, normal);
-  if (agreement >= kPlainAgreement) return;
+  if (agreement >= kPlainAgreement) return false;
+  if (agreement < kBluntAgreement && IsBluntEnd(middle, face_normal, nearest, features)) {
+    normal = face_normal;
+    return true;
+  }
   double best = nearest.distance + kNormalWeight * (1 - agreement);
   for (const int32_t other : features.AdjacentPatches(patch)) {
     const HullPoint hit = features.ClosestOnPatch(other, middle);
     const double cost = hit.distance + kNormalWeight * (1 - Dot(face_normal, hit.normal));
     if (cost < best) best = cost, patch = other, normal = hit.normal;
   }
+  return false;
 }
 
-PatchList PatchesAt(int32_t vertex, const VertexNeighbourhoods& neighbourhoods,
-                    const std::vector<int32_t>& face_patch) {
-  PatchList patches;
-  for (const int32_t f : neighbourhoods.hull_faces[vertex]) patches.push_back(face_patch[f]);
+struct VertexPatches {
+  PatchList patches;  // ascending
+  bool at_blunt_end = false;
+};
+
+// Of its faces but the blunt ends, unless it has no others.
+VertexPatches PatchesAt(int32_t vertex, const VertexNeighbourhoods& neighbourhoods,
+                        const std::vector<int32_t>& face_patch,
+                        const std::vector<uint8_t>& is_blunt) {
+  VertexPatches at;
+  PatchList& patches = at.patches;
+  for (const int32_t f : neighbourhoods.hull_faces[vertex]) {
+    if (is_blunt[f] != 0) at.at_blunt_end = true;
+    if (is_blunt[f] == 0) patches.push_back(face_patch[f]);
+  }
+  if (patches.empty()) patches.push_back(face_patch[*neighbourhoods.hull_faces[vertex].begin()]);
   std::sort(patches.begin(), patches.end());
   patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
-  return patches;
+  return at;
 }
 
 VertexConstraint NearestPatch(const PatchList& patches, const Vec3d& p,
@@ -129,8 +168,9 @@ int CountMissing(const PatchList& wanted, const PatchList& present) {
   return missing;
 }
 
-// Every corner takes the nearest vertex whose faces lie on all, or all but one, of its patches.
-void AssignCorners(const std::vector<Vec3d>& vertices, const std::vector<PatchList>& patches_of,
+// Every corner takes the nearest vertex whose faces lie on all, or all but one, of its patches. At
+// the end of a ridge that cells stop before, that is one of a blunt end, which stays where it is.
+void AssignCorners(const std::vector<Vec3d>& vertices, const std::vector<VertexPatches>& patches_of,
                    const std::vector<int32_t>& hull_vertices, const HullFeatures& features,
                    std::vector<VertexConstraint>& constraints) {
   std::vector<CornerClaim> claims;
@@ -141,7 +181,7 @@ void AssignCorners(const std::vector<Vec3d>& vertices, const std::vector<PatchLi
     }
   }
   for (const int32_t v : hull_vertices) {
-    const PatchList& own = patches_of[v];
+    const PatchList& own = patches_of[v].patches;
     if (own.size() < 2) continue;
     for (const int32_t patch : own) {
       for (const int32_t c : corners_of_patch[patch]) {
@@ -162,6 +202,7 @@ void AssignCorners(const std::vector<Vec3d>& vertices, const std::vector<PatchLi
     VertexConstraint& constraint = constraints[claim.vertex];
     if (owned[claim.corner] || constraint.kind == Constraint::kCorner) continue;
     owned[claim.corner] = 1;
+    if (patches_of[claim.vertex].at_blunt_end) continue;
     constraint.kind = Constraint::kCorner;
     constraint.corner = claim.corner;
   }
@@ -177,13 +218,14 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
   result.face_patch.resize(face_count);
   result.face_normal.resize(face_count);
   std::vector<Vec3d> own_normals(face_count);
+  std::vector<uint8_t> is_blunt(face_count);
   ForBlocks(face_count, poll, [&](size_t f) {
     own_normals[f] = FaceNormal(complex.hull_faces[f], complex.vertices);
-    LocateFace(complex.hull_faces[f], complex.vertices, features, result.face_patch[f],
-               result.face_normal[f]);
+    is_blunt[f] = LocateFace(complex.hull_faces[f], complex.vertices, features,
+                             result.face_patch[f], result.face_normal[f]);
   });
   result.vertex.resize(complex.vertices.size());
-  std::vector<PatchList> patches_of(complex.vertices.size());
+  std::vector<VertexPatches> patches_of(complex.vertices.size());
   std::vector<int32_t> hull_vertices;
   for (size_t v = 0; v < complex.vertices.size(); ++v) {
     if (neighbourhoods.hull_faces[static_cast<int64_t>(v)].size() == 0) continue;
@@ -191,13 +233,14 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
   }
   ForBlocks(hull_vertices.size(), poll, [&](size_t i) {
     const int32_t v = hull_vertices[i];
-    patches_of[v] = PatchesAt(v, neighbourhoods, result.face_patch);
+    patches_of[v] = PatchesAt(v, neighbourhoods, result.face_patch, is_blunt);
+    const PatchList& patches = patches_of[v].patches;
     const Vec3d& p = complex.vertices[v];
-    if (patches_of[v].size() > 1) {
-      result.vertex[v] = NearestCrease(patches_of[v], p, features);
+    if (patches.size() > 1) {
+      result.vertex[v] = NearestCrease(patches, p, features);
       return;
     }
-    const int32_t patch = patches_of[v][0];
+    const int32_t patch = patches[0];
     result.vertex[v] = {Constraint::kPatch, patch, -1, -1};
     if (features.ClosestOnCrease(patch, patch, p, kFadingCreaseReach).has_value() &&
         FacesBend(v, neighbourhoods, own_normals)) {

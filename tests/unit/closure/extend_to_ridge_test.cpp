@@ -1,0 +1,82 @@
+#include "closure/extend_to_ridge.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "closure/ridges.h"
+#include "fixtures/wedges.h"
+#include "optimize/cell_quality.h"
+#include "support/hull_of_mesh.h"
+#include "support/wedge_complex.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridSize;
+using testing_support::HullOfMesh;
+using testing_support::WedgeComplex;
+
+constexpr double kDegrees = 20;
+constexpr double kBegin = 1.6;
+constexpr GridSize kSize = {4, 5, 2};
+
+Hull WedgeHull(double degrees) {
+  return HullOfMesh(fixtures::MakeWedge(degrees, kBegin + kSize.nx, kSize.ny));
+}
+
+void ExpectHexahedraUpToTheRidge(const WorkingMesh& mesh, const Hull& hull) {
+  EXPECT_FALSE(mesh.HasOpenFaces());
+  double volume = 0, nearest = 1e9;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (!mesh.alive(cell)) continue;
+    EXPECT_TRUE(mesh.is_hexahedron(cell));
+    EXPECT_GT(CellQuality(mesh.corners(cell), mesh.vertices()), 0.5);
+    volume += CellVolume(mesh.corners(cell), mesh.vertices());
+    for (const int32_t v : mesh.corners(cell)) {
+      const Vec3d& x = mesh.vertices()[v];
+      nearest = std::min(nearest, std::hypot(x.x, x.z));
+    }
+  }
+  EXPECT_GT(nearest, 0.05);
+  EXPECT_LT(nearest, 0.16);  // a sixth of an edge length may be missed
+  EXPECT_NEAR(volume, hull.volume, 0.02 * kSize.ny);
+}
+
+TEST(ExtendToRidges, LeadsRowsToJustBeforeTheEdge) {
+  const Hull hull = WedgeHull(kDegrees);
+  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kSize));
+  EXPECT_EQ(mesh.OpenFaces().size(), 10u);
+  EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 1);
+  ExpectHexahedraUpToTheRidge(mesh, hull);
+}
+
+TEST(ExtendToRidges, TakesCellsAwayThatStandOut) {
+  const Hull hull = WedgeHull(kDegrees);
+  CellComplex complex = WedgeComplex(kDegrees, kBegin, kSize);
+  WorkingMesh mesh(complex);
+  for (int y = 0; y < kSize.ny; ++y) mesh.RemoveCell(y * kSize.nx);  // of the lower layer
+  EXPECT_EQ(mesh.OpenFaces().size(), 15u);
+  EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 1);
+  ExpectHexahedraUpToTheRidge(mesh, hull);
+}
+
+TEST(ExtendToRidges, LeavesBluntEdgesAlone) {
+  const Hull hull = WedgeHull(60);
+  WorkingMesh mesh(WedgeComplex(60, kBegin, kSize));
+  EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 0);
+  EXPECT_EQ(mesh.OpenFaces().size(), 10u);
+}
+
+TEST(AcuteRidges, AreEdgesOfTheSolidAndNotOfSlits) {
+  EXPECT_EQ(AcuteRidges(WedgeHull(kDegrees)).size(), 1u);
+  const TriangleMesh slit =
+      fixtures::MakeExtruded({{2, 1}, {1.7, 4}, {0, 4}, {0, 0}, {4, 0}, {4, 4}, {2.3, 4}}, 2);
+  const Hull hull = HullOfMesh(slit);
+  EXPECT_GT(hull.volume, 0);
+  EXPECT_TRUE(AcuteRidges(hull).empty());
+}
+
+}  // namespace
+}  // namespace amhex
