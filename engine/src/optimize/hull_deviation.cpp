@@ -169,10 +169,9 @@ std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll&
   return gaps;
 }
 
-VertexDeviation::VertexDeviation(const HullSampling& sampling, const DeviationLimits& limits,
-                                 int32_t vertex)
-    : sampling_(sampling), limits_(limits), vertex_(vertex) {
-  const Placement& placement = sampling.placement();
+VertexDeviation::VertexDeviation(const HullSampling& sampling, const Placement& placement,
+                                 const DeviationLimits& limits, int32_t vertex)
+    : sampling_(sampling), placement_(placement), limits_(limits), vertex_(vertex) {
   const std::vector<Vec3d>& vertices = placement.complex.vertices;
   for (const int32_t f : placement.neighbourhoods.hull_faces[vertex]) {
     const CellFace& face = placement.complex.hull_faces[f];
@@ -192,7 +191,7 @@ VertexDeviation::VertexDeviation(const HullSampling& sampling, const DeviationLi
 double VertexDeviation::reach() const { return reach_ + kBeyondFaces + kFaceReach; }
 
 std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const {
-  const CellComplex& complex = sampling_.placement().complex;
+  const CellComplex& complex = placement_.complex;
   std::vector<OtherFace> faces;
   sampling_.face_index().VisitNear(complex.vertices[vertex_], reach(), [&](int32_t f) {
     const CellFace& face = complex.hull_faces[f];
@@ -210,7 +209,7 @@ std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const 
 
 // Those that the other faces alone bring near enough never count.
 void VertexDeviation::FindSamples(const std::vector<OtherFace>& faces) {
-  const Vec3d& here = sampling_.placement().complex.vertices[vertex_];
+  const Vec3d& here = placement_.complex.vertices[vertex_];
   const double radius = reach_ + kBeyondFaces;
   sampling_.point_index().VisitNear(here, radius, [&](int32_t i) {
     Sample sample{sampling_.points()[i], here, 1e300};
@@ -251,8 +250,7 @@ bool VertexDeviation::Locate(const std::vector<OtherFace>& faces, Sample* sample
 }
 
 void VertexDeviation::FindCreaseSamples() {
-  const Placement& placement = sampling_.placement();
-  const std::vector<Vec3d>& vertices = placement.complex.vertices;
+  const std::vector<Vec3d>& vertices = placement_.complex.vertices;
   const Vec3d& here = vertices[vertex_];
   const double radius = reach_ + kBeyondFaces;
   sampling_.crease_index().VisitNear(here, radius, [&](int32_t i) {
@@ -261,7 +259,7 @@ void VertexDeviation::FindCreaseSamples() {
   });
   if (crease_samples_.empty()) return;
   sampling_.face_index().VisitNear(here, radius + kFaceReach, [&](int32_t f) {
-    const CellFace& face = placement.complex.hull_faces[f];
+    const CellFace& face = placement_.complex.hull_faces[f];
     for (int j = 0; j < face.count; ++j) {
       const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
       if (a == vertex_ || b == vertex_) continue;

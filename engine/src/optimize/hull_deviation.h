@@ -49,7 +49,6 @@ class HullSampling {
   std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll) const;
 
   const Hull& hull() const { return hull_; }
-  const Placement& placement() const { return placement_; }
   const std::vector<Vec3d>& points() const { return points_; }
   const std::vector<Vec3d>& crease_points() const { return crease_points_; }
   const fields::PointIndex& point_index() const { return point_index_; }
@@ -66,7 +65,9 @@ class HullSampling {
 // Everything near one vertex that its place decides about.
 class VertexDeviation {
  public:
-  VertexDeviation(const HullSampling& sampling, const DeviationLimits& limits, int32_t vertex);
+  // `placement` has the cells and faces of the sampling's, its vertices where they are now.
+  VertexDeviation(const HullSampling& sampling, const Placement& placement,
+                  const DeviationLimits& limits, int32_t vertex);
 
   // Of the boundary's faces that are not at the vertex, those matter that the index of faces visits
   // within this of it.
@@ -111,6 +112,7 @@ class VertexDeviation {
   void Count(double distance, Deviation* deviation) const;
 
   const HullSampling& sampling_;
+  const Placement& placement_;
   const DeviationLimits& limits_;
   const int32_t vertex_;
   double reach_ = 0;  // of the faces at the vertex

@@ -26,20 +26,22 @@ using testing_support::GridSize;
 
 constexpr GridSize kSize{6, 4, 3};
 
-// A box of kSize whose top bears a roof along y, one edge length to either side of `ridge_x`.
+// A box whose top bears a roof along y, one edge length to either side of `ridge_x`.
 struct Roof {
   double ridge_x;
   double height;
+  GridSize size = kSize;
   double At(double x) const { return height * std::max(0.0, 1 - std::abs(x - ridge_x)); }
 };
 
 Hull HullUnder(const Roof& roof) {
   TriangleMesh mesh;
-  const double stations[] = {0, roof.ridge_x - 1, roof.ridge_x, roof.ridge_x + 1, kSize.nx};
-  for (const double y : {0.0, double(kSize.ny)}) {
+  const double stations[] = {0, roof.ridge_x - 1, roof.ridge_x, roof.ridge_x + 1,
+                             double(roof.size.nx)};
+  for (const double y : {0.0, double(roof.size.ny)}) {
     for (const double x : stations) {
       mesh.vertices.push_back({x, y, 0});
-      mesh.vertices.push_back({x, y, kSize.nz + roof.At(x)});
+      mesh.vertices.push_back({x, y, roof.size.nz + roof.At(x)});
     }
   }
   const auto add_quad = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
@@ -61,9 +63,9 @@ Hull HullUnder(const Roof& roof) {
 
 // Cubes whose uppermost vertices were lifted onto the roof: none is on the ridge.
 CellComplex CubesUnder(const Roof& roof) {
-  CellComplex complex = GridComplex(kSize);
+  CellComplex complex = GridComplex(roof.size);
   for (Vec3d& p : complex.vertices) {
-    if (p.z == kSize.nz) p.z += roof.At(p.x);
+    if (p.z == roof.size.nz) p.z += roof.At(p.x);
   }
   return complex;
 }
@@ -101,7 +103,7 @@ TEST(VertexDeviation, HasTheDistancesThatQueriesOfTheWholeBoundaryHave) {
   ASSERT_FALSE(gaps.empty());
   double largest = 0;
   for (int32_t v = 0; v < static_cast<int32_t>(complex.vertices.size()); ++v) {
-    VertexDeviation deviation(sampling, limits, v);
+    VertexDeviation deviation(sampling, placement, limits, v);
     deviation.At(complex.vertices[v]);
     const Gap& worst = deviation.worst_of_hull();
     if (worst.distance <= limits.free || placement.neighbourhoods.hull_faces[v].size() == 0) {
@@ -173,8 +175,9 @@ TEST(FollowHull, NeverLowersTheMinimumOfAPoorMesh) {
   EXPECT_GT(moved, 0) << "or the test shows nothing";
 }
 
+// Long enough for gaps that are looked at side by side and do not see each other.
 TEST(FollowHull, IsTheSameAtAnyThreadCount) {
-  const Roof roof{2.5, 0.5};
+  const Roof roof{2.5, 0.5, {6, 30, 3}};
   const Hull hull = HullUnder(roof);
   CellComplex complex = CubesUnder(roof);
   testing_support::Shake(complex, 0.1);
