@@ -53,12 +53,14 @@ class CudaExecutor {
 
   explicit CudaExecutor(std::function<bool()> should_stop = {})
       : should_stop_(std::move(should_stop)) {}
-  // Nothing may be under way that others could overtake. Tasks that end well have waited already.
+  // Nothing may be under way that others could overtake. Tasks that end well have waited already,
+  // but by asking for an event, at which a pool gives nothing back.
   ~CudaExecutor() {
+    scratch_ = {};
     try {
       if (is_stopped_) {
         lane_->WaitAndClearStopFlag();
-      } else if (!lane_->is_idle()) {
+      } else if (!lane_->is_idle() || lane_->pool().KeepsTooMuch()) {
         lane_->Wait();
       }
     } catch (const CudaError&) {
@@ -197,7 +199,12 @@ class CudaExecutor {
 
   // Waits for everything so far, asking all the while whether to stop.
   void Synchronize() {
-    WaitFor(lane_->RecordEnd());
+    try {
+      WaitFor(lane_->RecordEnd());
+    } catch (const CudaError&) {
+      lane_->DropArrivals();  // others may use the lane after whoever wanted them has gone
+      throw;
+    }
     lane_->SetIdle(true);
   }
   bool Stopped() const { return is_stopped_; }

@@ -63,11 +63,11 @@ class CudaLane {
     CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 1, sizeof(int32_t), stop_stream_.get()),
               "set the stop flag");
   }
-  // After a task that was stopped, for the next one.
+  // After a task that was stopped, for the next one: whose stop must not be overtaken by this.
   void WaitAndClearStopFlag() {
     CheckCuda(cudaStreamSynchronize(stop_stream_.get()), "set the stop flag");
-    Wait();
     ClearStopFlag();
+    Wait();
   }
 
   // Everything that was sent to the stream so far is done when this event is.
@@ -88,9 +88,12 @@ class CudaLane {
   void DeliverLater(const uint8_t* staged, size_t bytes, void* host) {
     arrivals_.push_back({staged, bytes, host});
   }
+  // Nobody is there any more who wants them.
+  void DropArrivals() { arrivals_.clear(); }
   bool is_idle() const { return is_idle_; }
   // Without asking whether to stop.
   void Wait() {
+    DropArrivals();
     CheckCuda(cudaStreamSynchronize(stream_.get()), "wait for the device");
     SetIdle(false);
   }

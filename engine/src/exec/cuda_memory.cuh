@@ -124,8 +124,8 @@ class CudaPool {
     CheckCuda(cudaMemPoolCreate(&pool_, &properties), "create a memory pool");
     size_t free = 0, total = 0;
     if (cudaMemGetInfo(&free, &total) != cudaSuccess) cudaGetLastError();
-    uint64_t kept = total / kKeptShare;
-    SetAttribute(cudaMemPoolAttrReleaseThreshold, kept);
+    kept_ = static_cast<int64_t>(total / kKeptShare);
+    SetAttribute(cudaMemPoolAttrReleaseThreshold, static_cast<uint64_t>(kept_));
   }
   // What is still on its way back to the pool gets there first.
   ~CudaPool() { cudaMemPoolDestroy(pool_); }
@@ -136,10 +136,10 @@ class CudaPool {
     return cudaMallocFromPoolAsync(data, bytes, pool_, stream);
   }
   // Bytes that the pool holds and nobody uses.
-  int64_t Unused() const {
-    const auto reserved = static_cast<int64_t>(Attribute(cudaMemPoolAttrReservedMemCurrent));
-    return reserved - static_cast<int64_t>(Attribute(cudaMemPoolAttrUsedMemCurrent));
-  }
+  int64_t Unused() const { return Held() - Attribute(cudaMemPoolAttrUsedMemCurrent); }
+  // Whether some would go back to the device if its stream were waited for. An event that is asked
+  // for is no wait to a pool.
+  bool KeepsTooMuch() const { return Held() > kept_ && Unused() > 0; }
   // Gives them back to the device.
   void Trim() { CheckCuda(cudaMemPoolTrimTo(pool_, 0), "give memory back"); }
 
@@ -154,13 +154,15 @@ class CudaPool {
     cudaMemPoolDestroy(pool_);
     CheckCuda(code, "set up a memory pool");
   }
-  uint64_t Attribute(cudaMemPoolAttr attribute) const {
+  int64_t Held() const { return Attribute(cudaMemPoolAttrReservedMemCurrent); }
+  int64_t Attribute(cudaMemPoolAttr attribute) const {
     uint64_t value = 0;
     CheckCuda(cudaMemPoolGetAttribute(pool_, attribute, &value), "ask a memory pool");
-    return value;
+    return static_cast<int64_t>(value);
   }
 
   cudaMemPool_t pool_ = nullptr;
+  int64_t kept_ = 0;
 };
 
 // An array in device memory, freed in stream order. Elements start undefined.
