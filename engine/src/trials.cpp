@@ -39,8 +39,9 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {2e4, 2}};
-constexpr int kLeastClosed = 2;  // where several are started
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {1e5, 2}};
+// So many of several are closed at least. Of large solids their open faces tell enough.
+constexpr int kLeastClosed = 2;
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.
 constexpr int64_t kMostOpenFacesClosed = 600;
@@ -258,7 +259,7 @@ int CountOfTrials(double cell_count, const MeshingParams& params) {
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
   TrialPlan plan;
   plan.started = CountOfTrials(hull.volume, params);
-  plan.closed = std::min(plan.started, kLeastClosed);
+  plan.closed = hull.volume > kLargeSolid ? 1 : std::min(plan.started, kLeastClosed);
   return plan;
 }
 

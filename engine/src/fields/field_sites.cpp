@@ -36,25 +36,51 @@ constexpr double kSitesPerWantedCell = 0.985;
 // parallel their cells become thin towards the edge: there some layers should end. So trials differ
 // in this, too: of the first two, which most solids of thousands of cells start, one follows
 // firmly.
-struct TrialDensity {
+struct TrialRecipe {
   double grid;
   double sites;
   double hull_edge_weight;  // of LatticeSettings
+  double closure_weight = fields::LatticeSettings().closure_weight;
+  // Of OrientationSettings:
+  double hull_weight = fields::OrientationSettings().hull_weight;
+  double normal_fading = 0;
+
+  // What a form depends on besides its grid, frames and sizes.
+  std::pair<double, double> Weights() const { return {hull_edge_weight, closure_weight}; }
+  bool SharesFrames(const TrialRecipe& other) const {
+    return grid == other.grid && hull_weight == other.hull_weight &&
+           normal_fading == other.normal_fading;
+  }
 };
 constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
-constexpr std::array<TrialDensity, kMaxTrials> kTrialDensities = {{{1.0, 1.0, kLightly},
-                                                                   {1.0, 0.97, kFirmly},
-                                                                   {1.0, 1.03, kLightly},
-                                                                   {1.0, 0.97, kLightly},
-                                                                   {1.06, 1.06, kLightly},
-                                                                   {1.06, 1.03, kLightly},
-                                                                   {0.94, 0.94, kLightly},
-                                                                   {1.03, 1.03, kLightly},
-                                                                   {1.03, 1.015, kLightly},
-                                                                   {0.91, 0.91, kFirmly},
-                                                                   {0.97, 0.97, kFirmly},
-                                                                   {0.97, 0.985, kFirmly}}};
+constexpr std::array<TrialRecipe, kMaxTrials> kTrialRecipes = {{{1.0, 1.0, kLightly},
+                                                                {1.0, 0.97, kFirmly},
+                                                                {1.0, 1.03, kLightly},
+                                                                {1.0, 0.97, kLightly},
+                                                                {1.06, 1.06, kLightly},
+                                                                {1.06, 1.03, kLightly},
+                                                                {0.94, 0.94, kLightly},
+                                                                {1.03, 1.03, kLightly},
+                                                                {1.03, 1.015, kLightly},
+                                                                {0.91, 0.91, kFirmly},
+                                                                {0.97, 0.97, kFirmly},
+                                                                {0.97, 0.985, kFirmly}}};
+
+// The second one of large solids. How far the hull's normals should reach into a solid, and how
+// firmly its lattice should be closed, differs from solid to solid: against the first, this leaves
+// a fifth fewer faces open in a hand and a sixth more in a bunny (docs/results.md).
+constexpr TrialRecipe kOtherFrames = {.grid = 1,
+                                      .sites = 1,
+                                      .hull_edge_weight = kLightly,
+                                      .closure_weight = 600,
+                                      .hull_weight = 100,
+                                      .normal_fading = 0.7};
+
+const TrialRecipe& RecipeOf(int trial, const Hull& hull) {
+  if (trial == 1 && hull.volume > kLargeSolid) return kOtherFrames;
+  return kTrialRecipes[static_cast<size_t>(trial)];
+}
 
 // Ends of the steps on the stage's progress bar, by their measured cost.
 constexpr double kGridDone = 0.45;  // of the grid's fields
@@ -73,17 +99,19 @@ struct GridFields {
   fields::LinkCopies links;     // there
 };
 
-// With as many nodes per cell as ever, where `density` cells lie in a cubic edge length.
+// With as many nodes per cell as ever, where the recipe's grid has so many in a cubic edge length.
 absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& samples,
-                                           double density, DeviceUse* device,
+                                           const TrialRecipe& recipe, DeviceUse* device,
                                            const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   GridFields result;
   result.device = device;
-  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(density);
+  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(recipe.grid);
   AMHEX_ASSIGN_OR_RETURN(result.grid,
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
   OrientationSettings orientation_settings;
+  orientation_settings.hull_weight = recipe.hull_weight;
+  orientation_settings.normal_fading = recipe.normal_fading;
   orientation_settings.device = device;
   AMHEX_ASSIGN_OR_RETURN(OrientationField orientation,
                          SolveOrientationField(result.grid, samples, orientation_settings,
@@ -99,11 +127,12 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   return result;
 }
 
-absl::StatusOr<fields::LatticeForm> SolveForm(GridFields& solved, const TrialDensity& trial,
+absl::StatusOr<fields::LatticeForm> SolveForm(GridFields& solved, const TrialRecipe& recipe,
                                               const fields::ProgressSlice& slice) {
   fields::LatticeSettings settings;
-  settings.density = kSitesPerWantedCell * trial.grid;
-  settings.hull_edge_weight = trial.hull_edge_weight;
+  settings.density = kSitesPerWantedCell * recipe.grid;
+  settings.hull_edge_weight = recipe.hull_edge_weight;
+  settings.closure_weight = recipe.closure_weight;
   settings.device = solved.device;
   settings.links = &solved.links;
   auto form = fields::SolveLatticeForm(solved.grid, solved.frames, solved.sizes, solved.codes,
@@ -158,25 +187,25 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
   const int count = std::min(trial_count, kMaxTrials);
   std::vector<Sites> trials;
   std::optional<GridFields> solved;
-  std::map<double, fields::LatticeForm> forms;  // of that grid, by how firmly they follow the hull
+  std::map<std::pair<double, double>, fields::LatticeForm> forms;  // of that grid, by weights
   for (int trial = 0; trial < count; ++trial) {
-    const TrialDensity& density = kTrialDensities[static_cast<size_t>(trial)];
+    const TrialRecipe& recipe = RecipeOf(trial, hull);
     const fields::ProgressSlice slice(run, static_cast<double>(trial) / count,
                                       (trial + 1.0) / count);
-    if (trial == 0 || density.grid != kTrialDensities[static_cast<size_t>(trial - 1)].grid) {
+    if (trial == 0 || !recipe.SharesFrames(RecipeOf(trial - 1, hull))) {
       forms.clear();  // before the next takes memory
       solved.reset();
       AMHEX_ASSIGN_OR_RETURN(
-          solved, SolveGridFields(hull, samples, density.grid, device, slice.Part(0, kSizeDone)));
+          solved, SolveGridFields(hull, samples, recipe, device, slice.Part(0, kSizeDone)));
     }
-    auto form = forms.find(density.hull_edge_weight);
+    auto form = forms.find(recipe.Weights());
     if (form == forms.end()) {
       AMHEX_ASSIGN_OR_RETURN(fields::LatticeForm closed,
-                             SolveForm(*solved, density, slice.Part(kSizeDone, kLatticeDone)));
-      form = forms.emplace(density.hull_edge_weight, std::move(closed)).first;
+                             SolveForm(*solved, recipe, slice.Part(kSizeDone, kLatticeDone)));
+      form = forms.emplace(recipe.Weights(), std::move(closed)).first;
     }
     absl::StatusOr<Sites> sites = SitesOfTrial(
-        hull, *solved, form->second, density.sites / density.grid, slice.Part(kLatticeDone, 1));
+        hull, *solved, form->second, recipe.sites / recipe.grid, slice.Part(kLatticeDone, 1));
     if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
     if (sites.ok()) {
       trials.push_back(*std::move(sites));

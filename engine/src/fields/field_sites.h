@@ -14,11 +14,14 @@ namespace amhex {
 
 // The most lattices that are tried.
 inline constexpr int kMaxTrials = 12;
+// Of solids of more wanted cells, the second lattice has frames of its own.
+inline constexpr double kLargeSolid = 2e4;
 
 // One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
 // size field, a closed lattice form and a phase field on a background grid of spacing h / 2 (h = 1
-// in the normalised frame). The trials differ in density, within 9 % of what was asked for, and in
-// how firmly their layers follow the hull; the first has exactly the density asked for. All sites
+// in the normalised frame). The trials differ in density, within 9 % of what was asked for, in how
+// firmly their layers follow the hull and, of large solids, in how far its normals reach into them;
+// the first has exactly the density asked for. All sites
 // lie inside; sizes are the wanted cell extents along the frames' axes; links name the faces to
 // glue.
 //

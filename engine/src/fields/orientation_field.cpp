@@ -1,5 +1,6 @@
 #include "fields/orientation_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -58,16 +59,24 @@ class NormalsAround {
   PointIndex index_;
 };
 
-HullForms FinestHullForms(const GridLevel& level, const HullSamples& samples, double weight,
-                          const RunContext& run) {
+HullForms FinestHullForms(const BackgroundGrid& grid, const HullSamples& samples,
+                          const OrientationSettings& settings, const RunContext& run) {
+  const GridLevel& level = grid.fine();
   HullForms hull;
   hull.of_node = level.constraint_of_node;
   hull.forms.resize(level.constraints.size());
   const NormalsAround normals(samples);
-  ForEach(run, static_cast<int64_t>(hull.forms.size()), [&](int64_t k) {
-    for (const HullConstraint& constraint : level.constraints[k]) {
+  const double reach = kHullReach * grid.spacing;
+  ForEach(run, level.count(), [&](int64_t i) {
+    const HullConstraints* constraints = level.ConstraintsOf(i);
+    if (constraints == nullptr) return;
+    QuarticForm& form = hull.forms[hull.of_node[i]];
+    for (const HullConstraint& constraint : *constraints) {
       const MeanNormal mean = normals.At(constraint);
-      hull.forms[k].Add(FormOfAxis(mean.direction), static_cast<float>(weight * mean.flatness));
+      const double depth = std::abs(Dot(constraint.normal, constraint.point - grid.Position(i)));
+      const double trust = 1 - settings.normal_fading * std::min(1.0, depth / reach);
+      form.Add(FormOfAxis(mean.direction),
+               static_cast<float>(settings.hull_weight * trust * mean.flatness));
     }
   });
   return hull;
@@ -134,8 +143,7 @@ absl::StatusOr<OrientationField> SolveOrientationField(const BackgroundGrid& gri
                                                        const HullSamples& samples,
                                                        const OrientationSettings& settings,
                                                        const ProgressSlice& slice) {
-  std::vector<HullForms> hull{
-      FinestHullForms(grid.fine(), samples, settings.hull_weight, slice.run())};
+  std::vector<HullForms> hull{FinestHullForms(grid, samples, settings, slice.run())};
   AddGuides(grid.fine(), settings.hull_weight, &hull[0]);
   for (size_t l = 0; l + 1 < grid.levels.size(); ++l) {
     hull.push_back(ParentHullForms(grid.levels[l], hull[l], grid.levels[l + 1].count()));

@@ -22,6 +22,7 @@ struct OrientationSettings {
   int fine_sweeps = 10;      // on the finest level; 100 give no fewer open faces
   int coarse_sweeps = 100;   // on each coarser one: cheap, and there the singularities are settled
   double hull_weight = 300;  // of "an axis along the normal" on a flat hull against one neighbour
+  double normal_fading = 0;  // share of that weight lost on the way to kHullReach below the hull
   DeviceUse* device =
       nullptr;  // where the sweeps run; null: on the CPU. The same frames, to the bit
 };

@@ -135,6 +135,20 @@ TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
   }
 }
 
+TEST(FieldSites, OfALargeSolidsSecondTrialHaveOtherFrames) {
+  const Hull small = HullOf(fixtures::MakeSphere(4, 0.5));
+  Hull large = small;
+  large.volume = 2 * kLargeSolid;  // all that is asked
+  RunContext run;
+  const auto usual = PopulateFromFields(small, HullSamples{}, 2, Backend::kCpu, run);
+  const auto other = PopulateFromFields(large, HullSamples{}, 2, Backend::kCpu, run);
+  ASSERT_TRUE(usual.ok() && other.ok());
+  ASSERT_EQ(other->size(), 2U);
+  EXPECT_EQ(usual->front().position, other->front().position);
+  EXPECT_NE(usual->back().position, other->back().position);
+  EXPECT_NE(other->front().position, other->back().position);
+}
+
 TEST(FieldSites, NeedNoMoreThanOneSiteInATinyBox) {
   EXPECT_EQ(SitesOf(HullOf(fixtures::MakeBox({1, 1, 1}, 1))).count(), 1);
 }

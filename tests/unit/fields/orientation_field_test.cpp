@@ -30,6 +30,36 @@ TEST(OrientationField, PutsAnAxisOnTheNormalNextToASmoothHull) {
   }
 }
 
+// By how much the axes nearest to the hull's normals miss them, over the nodes next to a sphere, on
+// which no frames follow all of them.
+double MissedNormals(const OrientationSettings& settings) {
+  const Hull hull = HullOf(fixtures::MakeSphere(3, 0.4));
+  RunContext run;
+  const ProgressSlice slice(run, 0, 1);
+  const auto grid = BuildBackgroundGrid(hull, 1.0 / kNodesPerEdge, slice);
+  EXPECT_TRUE(grid.ok());
+  const auto field = SolveOrientationField(*grid, {}, settings, slice);
+  EXPECT_TRUE(field.ok());
+  double sum = 0;
+  for (int64_t i = 0; i < grid->count(); ++i) {
+    const HullConstraints* constraints = grid->fine().ConstraintsOf(i);
+    if (constraints == nullptr) continue;
+    for (const HullConstraint& hull_there : *constraints) {
+      sum += 1 - FindNearestAxis(ToFrame(field->frames[i]), hull_there.normal).cosine;
+    }
+  }
+  return sum;
+}
+
+TEST(OrientationField, FollowsTheHullLessWhereNormalsFadeOrWeighLess) {
+  OrientationSettings fading, light;
+  fading.normal_fading = 0.7;
+  light.hull_weight = 3;
+  const double all = MissedNormals({});
+  EXPECT_GT(MissedNormals(fading), 1.05 * all);
+  EXPECT_GT(MissedNormals(light), 1.05 * all);
+}
+
 TEST(OrientationField, MatchedNeighboursTurnLittleAwayFromSingularities) {
   const SolvedFields fields(fixtures::MakeTwistedBox({4, 4, 8}, 0.8, 0.5));
   ASSERT_TRUE(fields.ok);

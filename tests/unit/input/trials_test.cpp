@@ -27,6 +27,12 @@ TEST(PlanTrials, TriesMoreOnSmallerSolids) {
   EXPECT_EQ(PlanTrials(OfVolume(1e6), params).started, 1);
 }
 
+TEST(PlanTrials, ClosesOneOfALargeSolidsTwo) {
+  const TrialPlan plan = PlanTrials(OfVolume(5e4), MeshingParams());
+  EXPECT_EQ(plan.started, 2);
+  EXPECT_EQ(plan.closed, 1);
+}
+
 TEST(PlanTrials, DoesWhatIsAskedForAtAnySize) {
   MeshingParams params;
   for (const int asked : {1, 2, 12}) {
