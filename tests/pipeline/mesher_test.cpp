@@ -62,6 +62,7 @@ std::vector<SolidCase> Solids() {
       {"sphere", fixtures::MakeSphere(1, 0.15), 0, 0.3},
       {"torus", fixtures::MakeTorus(1, 0.4, 0.12), 1, 0.15},
       {"bracket", fixtures::MakeBracket(1, 0.15), 1, 0.5},
+      {"tetrahedron", fixtures::MakeTetrahedron(1), 0, 0.8},
   };
 }
 

@@ -19,21 +19,32 @@ constexpr double kLineNearer = 2e-3;  // of the mesh's diagonal
 constexpr Colour kLineColour = {0.20f, 0.22f, 0.26f};
 constexpr float kAmbient = 0.66f;  // light from everywhere; the rest comes from the lamp
 
-// Parallel projection. The viewer looks from the front right, from above.
+// Where the viewer is: in front at the right, above.
+Vec3d TowardsViewer(const PictureOptions& options) {
+  Vec3d towards = {0.62, -0.80, 0.50};
+  // The cut is looked at rather steeply.
+  constexpr double kFacing = 1.25;
+  if (options.cut) {
+    towards[options.cut->axis] = std::copysign(kFacing, towards[options.cut->axis]);
+  }
+  return Normalized(towards);
+}
+
+// Parallel projection that shows all of `faces`.
 class Camera {
  public:
-  Camera(const std::vector<Vec3d>& vertices, const PictureOptions& options) {
-    Vec3d towards = {0.62, -0.80, 0.50};
-    // The cut is looked at rather steeply.
-    constexpr double kFacing = 1.25;
-    if (options.cut) {
-      towards[options.cut->axis] = std::copysign(kFacing, towards[options.cut->axis]);
-    }
-    towards_ = Normalized(towards);
+  Camera(const std::vector<BoundaryFace>& faces, const std::vector<Vec3d>& vertices,
+         const PictureOptions& options)
+      : towards_(TowardsViewer(options)) {
     right_ = Normalized(Cross(Vec3d{0, 0, 1}, towards_));
     up_ = Cross(towards_, right_);
     Box3d seen;
-    for (const Vec3d& v : vertices) seen.Extend({Dot(v, right_), Dot(v, up_), Dot(v, towards_)});
+    for (const BoundaryFace& b : faces) {
+      for (int i = 0; i < b.face.count; ++i) {
+        const Vec3d& v = vertices[b.face.vertex[i]];
+        seen.Extend({Dot(v, right_), Dot(v, up_), Dot(v, towards_)});
+      }
+    }
     const Vec3d extent = seen.Extent();
     const double room = 1 - 2 * kFrame;
     scale_ = std::min(options.width * room / std::max(extent.x, 1e-300),
@@ -158,15 +169,15 @@ absl::StatusOr<Image> DrawMesh(const AtMostHexaMesh& mesh, const PictureOptions&
   if (!valid.ok()) return valid;
   const absl::StatusOr<std::vector<BoundaryFace>> hull = BoundaryOf(mesh, {});
   if (!hull.ok()) return hull.status();
-  const Camera camera(mesh.vertices, options);
-  Raster raster(options.width, options.height, kBackgroundColour);
   std::vector<bool> keep(mesh.corners.size(), true);
-  if (options.cut) keep = CellsBehind(mesh, *options.cut, camera.towards());
+  if (options.cut) keep = CellsBehind(mesh, *options.cut, TowardsViewer(options));
   const absl::StatusOr<std::vector<BoundaryFace>> shown = BoundaryOf(mesh, keep);
   if (!shown.ok()) return shown.status();
   if (shown->empty()) return absl::FailedPreconditionError("the cut leaves no cell to draw");
   const auto colours = ColoursOfCells(mesh, options.colouring, options.distances);
   if (!colours.ok()) return colours.status();
+  const Camera camera(*shown, mesh.vertices, options);
+  Raster raster(options.width, options.height, kBackgroundColour);
   // Both lists are ordered by cell and vertices, and the hull's faces that are left are in both.
   const auto before = [](const BoundaryFace& a, const BoundaryFace& b) {
     return a.cell != b.cell ? a.cell < b.cell : a.face.vertex < b.face.vertex;

@@ -53,9 +53,10 @@ class CpuSmoothing {
     const auto count = static_cast<size_t>(level.node_count());
     std::vector<Quaternion> finer(count);
     forms_.resize(count);
+    const ArrayView<const Quaternion> coarser{frames_.data(), static_cast<int64_t>(frames_.size())};
     ForBatches(level.node_count(), [&](int64_t begin, int64_t end) {
       for (int64_t i = begin; i < end; ++i) {
-        if (!level.parent.empty()) finer[i] = frames_[level.parent[i]];
+        finer[i] = level.StartOf(i, coarser);
         forms_[i] = FormOfFrame(finer[i]);
       }
     });

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "fields/balanced_frame.h"
 #include "fields/frame_math.h"
 #include "fields/grid_neighbours.h"
 #include "fields/match_code.h"
@@ -38,6 +39,13 @@ struct SmoothingLevel {
   AMHEX_HD float WeightOf(int64_t node, int k) const {
     if (!weights.empty()) return weights[node * kNeighbourCount + k];
     return IsAxisNeighbour(k) ? kAxisWeight : kDiagonalWeight;
+  }
+  // The parent's frame, out of balance about what the hull wishes; `coarser` are those of the level
+  // before.
+  AMHEX_HD Quaternion StartOf(int64_t node, ArrayView<const Quaternion> coarser) const {
+    const Quaternion inherited = parent.empty() ? Quaternion{} : coarser[parent[node]];
+    const int32_t hull = hull_of_node[node];
+    return hull < 0 ? inherited : OutOfBalance(hull_forms[hull], inherited);
   }
   // Even sweeps take the colours upwards, odd ones downwards.
   static int ColourOf(int32_t sweep, int step) {

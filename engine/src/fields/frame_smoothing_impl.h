@@ -13,12 +13,12 @@
 namespace amhex::fields {
 
 struct InheritFrameBody {
-  ArrayView<const int32_t> parent;
+  SmoothingLevel level;
   ArrayView<const Quaternion> coarser;
   ArrayView<Quaternion> frames;
   ArrayView<QuarticForm> forms;
   AMHEX_HD void operator()(int64_t node) const {
-    frames[node] = parent.empty() ? Quaternion{} : coarser[parent[node]];
+    frames[node] = level.StartOf(node, coarser);
     forms[node] = FormOfFrame(frames[node]);
   }
 };
@@ -93,7 +93,7 @@ class FrameSmoothing {
     Array<QuarticForm> forms = executor_.template Alloc<QuarticForm>(count);
     executor_.ForEach(
         "inherit frames", count,
-        InheritFrameBody{level.parent, ReadOnly(frames_.View()), frames.View(), forms.View()});
+        InheritFrameBody{level, ReadOnly(frames_.View()), frames.View(), forms.View()});
     const Array<int64_t> no_state = executor_.template Alloc<int64_t>(0);
     int32_t sweep = 0;
     const auto take_sweep = [&] {

@@ -71,6 +71,21 @@ TEST(OrientationField, MatchedNeighboursTurnLittleAwayFromSingularities) {
   }
 }
 
+TEST(OrientationField, FollowsFacesThatAreAsFarFromOneAxisAsFromTheOthers) {
+  const SolvedFields fields(fixtures::MakeTetrahedron(5));
+  ASSERT_TRUE(fields.ok);
+  int64_t following = 0, all = 0;
+  for (int64_t i = 0; i < fields.grid.count(); ++i) {
+    const HullConstraints* constraints = fields.grid.fine().ConstraintsOf(i);
+    if (constraints == nullptr || constraints->count != 1) continue;
+    const Vec3d& normal = constraints->item[0].normal;
+    following += FindNearestAxis(ToFrame(fields.frames[i]), normal).cosine > 0.98 ? 1 : 0;
+    ++all;
+  }
+  // Between the faces, where curves of singular frames reach the hull, some follow none.
+  EXPECT_GT(following, all * 9 / 10);
+}
+
 // Mean squared sine of half the angle between matched neighbours.
 double Roughness(const SolvedFields& fields) {
   double sum = 0;

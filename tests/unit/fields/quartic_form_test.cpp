@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/counter_rng.h"
+#include "fields/balanced_frame.h"
 #include "fields/frame_batch.h"
 #include "fields/octahedral_group.h"
 
@@ -81,6 +82,28 @@ TEST(QuarticForm, TheNearestFrameOfTwoLiesHalfWayBetweenThem) {
   QuarticForm sum = FormOfFrame(TurnAboutZ(0.1));
   sum.Add(FormOfFrame(TurnAboutZ(0.5)), 1.0F);
   EXPECT_LT(AngleBetween(NearestFrame(sum, TurnAboutZ(0.1), 20), TurnAboutZ(0.3)), 1e-4);
+}
+
+TEST(OutOfBalance, LeavesFramesThatFollowTheirNormalOrMoveByThemselves) {
+  const Quaternion frame = Normalized(Quaternion{0.8, 0.3, -0.4, 0.2});
+  const AxisFrame axes = ToFrame(frame);
+  for (const Vec3d& normal :
+       {axes.axis[0], axes.axis[2], Normalized(axes.axis[0] + axes.axis[1] * 0.9)}) {
+    const Quaternion same = OutOfBalance(FormOfAxis(normal), frame);
+    EXPECT_EQ(AngleBetween(same, frame), AngleBetween(frame, frame));
+  }
+}
+
+TEST(OutOfBalance, FindsTheWayToNormalsBetweenTheAxes) {
+  const Quaternion frame = Normalized(Quaternion{0.8, 0.3, -0.4, 0.2});
+  const auto& [a, b, c] = ToFrame(frame).axis;
+  for (const Vec3d& normal : {a + b, a - b, b + c, c - b, a + c, a - c, a + b + c, a - b + c}) {
+    QuarticForm form = FormOfAxis(Normalized(normal));
+    const Quaternion turned = OutOfBalance(form, frame);
+    form.Add(FormOfFrame(frame), 0.05F);  // neighbours, which alone hold the frame as it is
+    EXPECT_LT(SumOverAxes(form, NearestFrame(form, frame, 3)), 0.7);
+    EXPECT_GT(SumOverAxes(form, NearestFrame(form, turned, 12)), 1.0);
+  }
 }
 
 TEST(QuarticForm, ABatchGivesTheFramesOfItsFormsOneByOne) {
