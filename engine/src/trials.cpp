@@ -323,6 +323,7 @@ absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellCompl
     AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> best,
                            RankComplexes(complexes, hull, run));
     std::vector<ClosedTrial> trials;
+    trials.reserve(best.size());
     for (const RankedComplex& next : best) {
       trials.push_back({sources[next.index], std::move(complexes[next.index])});
     }

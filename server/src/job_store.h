@@ -190,7 +190,7 @@ class JobStore {
   virtual absl::StatusOr<std::string> RunnerAddress(const std::string&) { return std::string(); }
   // From now on `on_change` is told the ids of jobs that changed through any node, soon after; some
   // may be missed. An empty id: any job may have changed. Called from one thread; once at most.
-  virtual void Subscribe(std::function<void(const std::string& id)>) {}
+  virtual void Subscribe(std::function<void(const std::string& id)>&&) {}
   // `on_change` is not called any more once it has returned.
   virtual void Unsubscribe() {}
 

@@ -216,7 +216,7 @@ void PostgresJobStore::Announce(const std::vector<std::string>& ids) {
       .IgnoreError();
 }
 
-void PostgresJobStore::Subscribe(std::function<void(const std::string& id)> on_change) {
+void PostgresJobStore::Subscribe(std::function<void(const std::string& id)>&& on_change) {
   on_change_ = std::move(on_change);
   listener_ = std::thread([this] { Listen(); });
 }

@@ -71,7 +71,7 @@ class PostgresJobStore : public JobStore {
                                    const std::function<void()>& hide) override;
 
   absl::StatusOr<std::string> RunnerAddress(const std::string& id) override;
-  void Subscribe(std::function<void(const std::string& id)> on_change) override;
+  void Subscribe(std::function<void(const std::string& id)>&& on_change) override;
   void Unsubscribe() override;
 
  private:

@@ -56,17 +56,18 @@ constexpr int kKeptBytes = 16 << 20;
 // What is larger than the largest message comes from the kernel on its own.
 constexpr int kOwnMappingBytes = 4 << 20;
 
+// mallopt is not for several threads at once; only the one that starts the server calls it.
 void KeepMemoryOfChunks() {
-  mallopt(M_TRIM_THRESHOLD, kKeptBytes);
-  mallopt(M_MMAP_THRESHOLD, kOwnMappingBytes);
+  mallopt(M_TRIM_THRESHOLD, kKeptBytes);        // NOLINT(concurrency-mt-unsafe)
+  mallopt(M_MMAP_THRESHOLD, kOwnMappingBytes);  // NOLINT(concurrency-mt-unsafe)
 }
 
 // Keeps gRPC initialized until the process ends. When its last user goes, gRPC waits for its own
 // poller of writes, which sleeps for ten seconds if a caller had stopped reading; nothing is gained
 // by that wait.
 void KeepGrpc() {
-  static const bool kept = (grpc_init(), true);
-  static_cast<void>(kept);
+  static const bool kKept = (grpc_init(), true);
+  static_cast<void>(kKept);
 }
 
 // Removes a folder at the end.

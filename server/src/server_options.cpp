@@ -310,12 +310,11 @@ absl::StatusOr<ServerOptions> ParseOptions(int argc, char** argv, int* exit_code
 
 absl::Status Validate(const ServerOptions& options) {
   if (options.listen.empty()) return Refuse("--listen needs at least one address");
-  if (const absl::Status status = CheckLogging(options.log_level, options.log_format);
-      !status.ok()) {
+  if (absl::Status status = CheckLogging(options.log_level, options.log_format); !status.ok()) {
     return status;
   }
-  if (const absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
-  if (const absl::Status status = CheckPeerCa(options.peer_ca); !status.ok()) return status;
+  if (absl::Status status = CheckTlsFiles(options.tls); !status.ok()) return status;
+  if (absl::Status status = CheckPeerCa(options.peer_ca); !status.ok()) return status;
   const bool callers_known = !options.tokens.empty() || !options.tls.client_ca.empty();
   for (const std::string& address : options.listen) {
     if (IsLocalAddress(address) || options.insecure) continue;
@@ -336,7 +335,7 @@ absl::Status Validate(const ServerOptions& options) {
                   " can be read by other machines in plain HTTP; give --metrics-insecure if that "
                   "is wanted");
   }
-  if (const absl::Status status = ValidateStore(options); !status.ok()) return status;
+  if (absl::Status status = ValidateStore(options); !status.ok()) return status;
   if (IsCluster(options) && callers_known && options.peer_token.empty()) {
     return Refuse("--peer-token is needed where nodes ask callers who they are");
   }

@@ -15,8 +15,8 @@ namespace amhex::fields {
 
 // An AxisRotation (octahedral_group.h) with its inverse.
 struct AxisRenaming {
-  int8_t source[3];   // (G v)[k] = sign[k] * v[source[k]]
-  int8_t inverse[3];  // the axis that k becomes
+  uint8_t source[3];   // (G v)[k] = sign[k] * v[source[k]]
+  uint8_t inverse[3];  // the axis that k becomes
   float sign[3];
   float inverse_sign[3];
 };
@@ -149,7 +149,8 @@ struct ClosureOperator {
     return (is_regular[3 * (i / kCubeSlots) + d] >> (i % kCubeSlots) & 1) != 0;
   }
   AMHEX_HD float OwnWeight(int64_t i, int d, int a) const {
-    const uint8_t followed = follows[9 * (i / kCubeSlots) + 3 * d + a];
+    const int which = 3 * d + a;
+    const uint8_t followed = follows[9 * (i / kCubeSlots) + which];
     return (followed >> (i % kCubeSlots) & 1) != 0 ? hull_weight : 1.0F;
   }
   AMHEX_HD static int64_t Place(int64_t i, int d, int a) {
@@ -200,13 +201,18 @@ struct PhaseOperator {
   AMHEX_HD float Diagonal(int64_t i, int unknown) const {
     return static_cast<float>(edge_count[i]) + hull_weight[3 * i + unknown / 2] + pull;
   }
+  // Where the cosine is that turns number `axis` along the edge ahead; its sine follows.
+  AMHEX_HD static int64_t Turn(int64_t i, int d, int axis) {
+    const int which = 3 * d + axis;
+    return 2 * (9 * i + which);
+  }
   // What the neighbour ahead, which exists, says that number `axis` of node i is.
   AMHEX_HD PhaseNumber FromAhead(int64_t i, int d, int axis, const float* x) const {
     const AxisRenaming& renaming = links.RenamingAt(i, d);
-    const float* psi = x + 6 * links.Ahead(i, d) + 2 * renaming.source[axis];
+    const float* psi = x + Place(links.Ahead(i, d), 2 * renaming.source[axis]);
     const float conjugated = renaming.sign[axis] * psi[1];
-    const float cosine = turns[18 * i + 6 * d + 2 * axis];
-    const float sine = turns[18 * i + 6 * d + 2 * axis + 1];
+    const float cosine = turns[Turn(i, d, axis)];
+    const float sine = turns[Turn(i, d, axis) + 1];
     return {psi[0] * cosine + conjugated * sine, conjugated * cosine + psi[0] * -sine};
   }
   // The same for the one behind.
@@ -214,16 +220,17 @@ struct PhaseOperator {
     const int64_t j = links.Behind(i, d);
     const AxisRenaming& renaming = links.RenamingAt(j, d);
     const int b = renaming.inverse[axis];
-    const float* psi = x + 6 * j + 2 * b;
-    const float cosine = turns[18 * j + 6 * d + 2 * b];
-    const float sine = turns[18 * j + 6 * d + 2 * b + 1];
+    const float* psi = x + Place(j, 2 * b);
+    const float cosine = turns[Turn(j, d, b)];
+    const float sine = turns[Turn(j, d, b) + 1];
     return {psi[0] * cosine + psi[1] * -sine, renaming.sign[b] * (psi[1] * cosine + psi[0] * sine)};
   }
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
       const float own = Diagonal(i, 2 * a);
-      float real = own * x[6 * i + 2 * a], imaginary = own * x[6 * i + 2 * a + 1];
+      const int64_t at = Place(i, 2 * a);
+      float real = own * x[at], imaginary = own * x[at + 1];
       for (int d = 0; d < 3; ++d) {
         if (links.Ahead(i, d) >= 0) {
           const PhaseNumber there = FromAhead(i, d, a, x);
@@ -234,8 +241,8 @@ struct PhaseOperator {
           real -= there.real, imaginary -= there.imaginary;
         }
       }
-      product[6 * i + 2 * a] = real;
-      product[6 * i + 2 * a + 1] = imaginary;
+      product[at] = real;
+      product[at + 1] = imaginary;
     }
   }
 };

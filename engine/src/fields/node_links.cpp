@@ -8,22 +8,22 @@ namespace {
 AxisRenaming RenamingOf(const AxisRotation& rotation) {
   AxisRenaming renaming{};
   for (int to = 0; to < 3; ++to) {
-    const int8_t from = rotation.source[to];
+    const auto from = static_cast<uint8_t>(rotation.source[to]);
     const auto sign = static_cast<float>(rotation.sign[to]);
     renaming.source[to] = from;
-    renaming.inverse[from] = static_cast<int8_t>(to);
+    renaming.inverse[from] = static_cast<uint8_t>(to);
     renaming.sign[to] = renaming.inverse_sign[from] = sign;
   }
   return renaming;
 }
 
 const std::array<AxisRenaming, kRotationCount>& Renamings() {
-  static const std::array<AxisRenaming, kRotationCount> renamings = [] {
+  static const std::array<AxisRenaming, kRotationCount> kRenamings = [] {
     std::array<AxisRenaming, kRotationCount> all;
     for (int code = 0; code < kRotationCount; ++code) all[code] = RenamingOf(kAxisRotations[code]);
     return all;
   }();
-  return renamings;
+  return kRenamings;
 }
 
 }  // namespace

@@ -70,7 +70,8 @@ class NormalOrienter {
     double vote = 0;
     for (int k = 0; k < 27; ++k) {
       if (k == 13) continue;
-      const Vec3d out = Normalized(Vec3d{k % 3 - 1.0, k / 3 % 3 - 1.0, k / 9 - 1.0});
+      const int x = k % 3, y = k / 3 % 3, z = k / 9;
+      const Vec3d out = Normalized(Vec3d{x - 1.0, y - 1.0, z - 1.0});
       const auto along = [&](int32_t i) { return Dot(points_[static_cast<size_t>(i)], out); };
       const int32_t farthest = *std::max_element(
           part.begin(), part.end(), [&](int32_t a, int32_t b) { return along(a) < along(b); });

@@ -142,6 +142,7 @@ std::vector<int32_t> GapCloser::VerticesAround(const Gap& gap) {
   std::sort(found.begin(), found.end());
   if (found.size() > kMostVertices) found.resize(kMostVertices);
   std::vector<int32_t> vertices;
+  vertices.reserve(found.size());
   for (const auto& [distance, v] : found) vertices.push_back(v);
   return vertices;
 }

@@ -104,7 +104,7 @@ class Placer {
       const absl::StatusOr<int64_t> projected =
           ProjectToHull(placement_, kProjectionFloors[round], memory, run_);
       if (!projected.ok()) return projected.status();
-      const absl::Status status = Sweep(rules, kSweepsPerRound, memory);
+      absl::Status status = Sweep(rules, kSweepsPerRound, memory);
       if (!status.ok()) return status;
       if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached, poll_);
       Report(0.4 * static_cast<double>(round + 1) / kProjectionFloors.size());
@@ -134,9 +134,9 @@ class Placer {
     for (int level = 0; level < max_levels; ++level) {
       const double minimum = LeastOf(quality, hopeless);
       if (minimum >= kGoodMinimum) break;
-      const absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
-                                         CornerPenalty{minimum + shape.knee, shape.steepness}},
-                                        kSweepsPerLevel);
+      absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
+                                   CornerPenalty{minimum + shape.knee, shape.steepness}},
+                                  kSweepsPerLevel);
       if (!status.ok()) return status;
       if (LeastOf(quality, hopeless) >= minimum + kLevelGain) continue;
       for (size_t c = 0; c < quality.size(); ++c) {

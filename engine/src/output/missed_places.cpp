@@ -114,6 +114,7 @@ std::vector<MissedPlace> FindMissedPlaces(const AtMostHexaMesh& mesh, const Hull
     place.is_covered = queries.IsInside(m.point);
   }
   std::vector<MissedPlace> result;
+  result.reserve(places.size());
   for (const auto& [number, place] : places) result.push_back(place);
   std::stable_sort(result.begin(), result.end(), [](const MissedPlace& a, const MissedPlace& b) {
     return a.distance > b.distance;
