@@ -276,6 +276,8 @@ TEST(VtkCells, AnyRotationOfAPatternGivesAPositiveCell) {
       const auto back = FromVtkCell(ToVtkCell(corners));
       ASSERT_TRUE(back.has_value());
       EXPECT_EQ(TypeOfCell(*back), type);
+      EXPECT_EQ(ToVtkCell(*back).vertex, ToVtkCell(corners).vertex)
+          << PrimitiveName(type) << " is written in another order once it has been read";
       EXPECT_NEAR(VolumeOfCell(*back, mesh.vertices), VolumeOfCell(mesh.corners[0], mesh.vertices),
                   1e-12)
           << PrimitiveName(type) << " turn " << turn;

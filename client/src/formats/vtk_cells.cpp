@@ -12,17 +12,21 @@ bool Contains(const Face& face, int32_t vertex) {
   return std::find(face.vertex.begin(), end, vertex) != end;
 }
 
-// The cell's only vertex that is not on `face`, for pyramids and tetrahedra.
+// The only vertex of a pyramid that is not on its base.
 int32_t ApexOver(const Face& face, const CellCorners& corners) {
   return *std::find_if(corners.begin(), corners.end(),
                        [&](int32_t vertex) { return !Contains(face, vertex); });
 }
 
-// A face is outward; VTK wants the bases of pyramids and tetrahedra as seen from the apex.
+// A face is outward; VTK wants the bases of pyramids and tetrahedra as seen from the apex. Begun at
+// its least vertex, so that a cell is written alike whether the engine gave it or a file.
 VtkCell OverBase(uint8_t type, const Face& base, int32_t apex) {
   VtkCell cell;
   cell.type = type;
   for (int i = base.count - 1; i >= 0; --i) cell.vertex[cell.count++] = base.vertex[i];
+  std::rotate(cell.vertex.begin(),
+              std::min_element(cell.vertex.begin(), cell.vertex.begin() + base.count),
+              cell.vertex.begin() + base.count);
   cell.vertex[cell.count++] = apex;
   return cell;
 }
@@ -58,7 +62,11 @@ VtkCell ToVtkCell(const CellCorners& corners) {
   const std::optional<PrimitiveType> type = TypeOfCell(corners);
   const FaceList faces = FacesOfCell(corners);
   if (type == PrimitiveType::kTetrahedron) {
-    return OverBase(kVtkTetra, faces.face[0], ApexOver(faces.face[0], corners));
+    // Any face may be the base; the one without the last vertex is the same in every rotation.
+    const int32_t apex = *std::max_element(corners.begin(), corners.end());
+    const Face base = *std::find_if(faces.begin(), faces.end(),
+                                    [&](const Face& f) { return !Contains(f, apex); });
+    return OverBase(kVtkTetra, base, apex);
   }
   if (type == PrimitiveType::kPyramid) {
     const Face base =
