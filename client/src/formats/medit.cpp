@@ -122,7 +122,8 @@ std::string FormatMedit(const MeshDocument& document) {
   }
   absl::StrAppend(&text, "Hexahedra\n", mesh.corners.size(), "\n");
   for (size_t cell = 0; cell < mesh.corners.size(); ++cell) {
-    for (int32_t vertex : mesh.corners[cell]) absl::StrAppend(&text, vertex + 1, " ");
+    for (int32_t vertex : OrderedCorners(mesh.corners[cell]))
+      absl::StrAppend(&text, vertex + 1, " ");
     absl::StrAppend(&text, static_cast<int>(mesh.types[cell]), "\n");
   }
   return text + "End\n";

@@ -92,4 +92,8 @@ std::optional<CellCorners> FromVtkCell(const VtkCell& cell) {
   return std::nullopt;
 }
 
+CellCorners OrderedCorners(const CellCorners& corners) {
+  return FromVtkCell(ToVtkCell(corners)).value_or(corners);
+}
+
 }  // namespace amhex::client

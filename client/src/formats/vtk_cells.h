@@ -33,4 +33,8 @@ VtkCell ToVtkCell(const CellCorners& corners);
 // Eight corners, or nullopt for a VTK type that is none of the four or a wrong count of vertices.
 std::optional<CellCorners> FromVtkCell(const VtkCell& cell);
 
+// The same cell in the order of corners that a file with VTK's cells gives back, whatever rotation
+// of its pattern the corners are in.
+CellCorners OrderedCorners(const CellCorners& corners);
+
 }  // namespace amhex::client

@@ -97,7 +97,7 @@ absl::StatusOr<MeshedInput> Client::Mesh(const EncodedInput& input, const v1::Me
     blob.set_sha256(Sha256Hex(input.bytes));
     blob.set_size_bytes(static_cast<int64_t>(input.bytes.size()));
   }
-  constexpr int64_t kDefaultChunkBytes = 1024 * 1024;
+  constexpr int64_t kDefaultChunkBytes = int64_t{1024} * 1024;
   const int64_t chunk_bytes =
       limits->preferred_chunk_bytes() > 0 ? limits->preferred_chunk_bytes() : kDefaultChunkBytes;
   Course course{input.bytes, chunk_bytes, &submit, &watch, implementation_->NewPatience(),
