@@ -24,8 +24,15 @@ inline constexpr unsigned kWholeWarp = 0xffffffffu;
 inline constexpr int kGroupThreads = kGroupTiles * kWarpWidth;
 static_assert(kBlockPoints == kWarpWidth, "a warp labels a block of the lattice");
 static_assert(kGroupTiles == kTileBlocks, "a warp has a tile of the group or a block of the tile");
-// Enough warps to hide what each waits for; leaves 64 registers per thread.
+// As many as hide what each warp waits for, with 64 registers per thread; fewer where shared memory
+// has no room for them (64 KB of a multiprocessor at 7.5, 100 KB at 8.6 and 8.9), with more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr int kBlocksPerMultiprocessor = 2;
+#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ == 860 || __CUDA_ARCH__ == 890)
+inline constexpr int kBlocksPerMultiprocessor = 3;
+#else
 inline constexpr int kBlocksPerMultiprocessor = 4;
+#endif
 // Lanes that walk a row of bins together: a row within reach holds about as many sites.
 inline constexpr int kRowLanes = 8;
 inline constexpr int kBinRangeEnds = 6;
