@@ -27,6 +27,7 @@ TEST(MeshFormats, AreChosenByExtensionInAnyCase) {
   EXPECT_EQ(MeshFormatOfPath("noextension"), std::nullopt);
   EXPECT_TRUE(IsWritableMeshPath("hull.stl"));
   EXPECT_FALSE(IsWritableMeshPath("hull.step"));
+  EXPECT_FALSE(IsWritableMeshPath("cloud.xyz"));
 }
 
 TEST(MeshFormats, WithoutAWordForHexprismsAndSlicesRefuseThem) {

@@ -15,6 +15,7 @@ namespace amhex::client {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr HullFormat kFormats[] = {HullFormat::kDraco, HullFormat::kPly, HullFormat::kObj,
                                    HullFormat::kOff, HullFormat::kStl};
@@ -61,9 +62,10 @@ TEST(Readers, EveryFormatGivesBackTheSurfaceThatWasWritten) {
   }
 }
 
-TEST(Readers, PlyDracoAndObjKeepCloudsWithTheirNormals) {
+TEST(Readers, PlyDracoObjAndXyzKeepCloudsWithTheirNormals) {
   const PointCloud cloud = Cloud(50);
-  for (HullFormat format : {HullFormat::kPly, HullFormat::kDraco, HullFormat::kObj}) {
+  for (HullFormat format :
+       {HullFormat::kPly, HullFormat::kDraco, HullFormat::kObj, HullFormat::kXyz}) {
     const auto bytes = FormatHull(cloud, format);
     ASSERT_TRUE(bytes.ok());
     const auto hull = ReadHull(format, *bytes);
@@ -129,7 +131,8 @@ TEST(Readers, MissingFilesAreNotFoundByName) {
 }
 
 TEST(Readers, UnknownExtensionsListTheKnownOnes) {
-  EXPECT_THAT(Message(ReadHullFile("/proc/self/exe")), HasSubstr(".drc, .ply, .obj, .off, .stl"));
+  EXPECT_THAT(Message(ReadHullFile("/proc/self/exe")),
+              HasSubstr(".drc, .ply, .obj, .off, .stl, .xyz"));
   EXPECT_THAT(Message(ReadHullFile("/nowhere/part")), HasSubstr("/nowhere/part: No such file"));
 }
 
@@ -216,6 +219,38 @@ TEST(Readers, CoordinatesThatAreNotFiniteAreRefusedByVertex) {
   EXPECT_THAT(Message(ReadObj("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")),
               HasSubstr("vertex 1 (counted from 0) is not finite"));
   EXPECT_THAT(Message(ReadOff("OFF\n1 0 0\n0 inf 0\n")), HasSubstr("not finite"));
+}
+
+TEST(Xyz, ReadsWhatScannersAddToThePoints) {
+  for (const char* const text :
+       {"0 0 0\n1 0 0\n0 1 0\n0 0 1", "4\r\n0 0 0 17\r\n1 0 0 17\r\n0 1 0 18\r\n0 0 1 19\r\n",
+        "# scan\nX,Y,Z,R,G,B\n0,0,0,255,0,0\n1,0,0,255,1,9\n0,1,0,0,1,0\n\n0,0,1,9,9,9\n",
+        "//x;y;z\n0;0;0;name\n1;0;0;name\n0;1;0;name\n0;0;1;name\n"}) {
+    const auto hull = ReadXyz(text);
+    ASSERT_TRUE(hull.ok()) << hull.status() << "\n" << text;
+    const auto& cloud = std::get<PointCloud>(*hull);
+    ASSERT_EQ(cloud.points.size(), 4u) << text;
+    EXPECT_TRUE(cloud.normals.empty()) << text;
+    EXPECT_EQ(Norm(cloud.points[3] - Vec3d{0, 0, 1}), 0) << text;
+  }
+}
+
+TEST(Xyz, TakesForNormalsWhatHasUnitLengthEverywhere) {
+  for (const char* const text :
+       {"0 0 0 0 0 1\n1 0 0 0.6 0 0.8\n", "0 0 0 9 9 9 0 0 1\n1 0 0 1 0 0 .6 0 .8\n",
+        "0 0 0 0 0 1 0.25\n1 0 0 0.6 0 0.8 0.5\n"}) {
+    const auto hull = ReadXyz(text);
+    ASSERT_TRUE(hull.ok()) << hull.status();
+    const auto& cloud = std::get<PointCloud>(*hull);
+    ASSERT_EQ(cloud.normals.size(), 2u) << text;
+    EXPECT_LT(Norm(cloud.normals[1] - Vec3d{0.6, 0, 0.8}), 1e-12) << text;
+  }
+}
+
+TEST(Xyz, NamesTheLineThatIsNoPoint) {
+  EXPECT_THAT(Message(ReadXyz("0 0 0\n# remark\n1 2\n")), HasSubstr("line 3"));
+  EXPECT_THAT(Message(ReadXyz("0 0 0\n1 2 three\n")), HasSubstr("\"three\""));
+  EXPECT_THAT(Message(ReadXyz("x y z\n")), Not(HasSubstr("accepted")));
 }
 
 TEST(Stl, WeldsEqualCornersAndDropsTrianglesWithoutArea) {

@@ -66,7 +66,7 @@ void AddDemoCommand(CLI::App* app, int* exit_code) {
       "demo", "Write a generated scan: a machined bracket as several scanners see it");
   command
       ->add_option("-o,--out,--output", flags->output,
-                   "File to write: .drc .ply .obj .off; with --surface also .stl")
+                   "File to write: .drc .ply .obj .off .xyz; with --surface also .stl")
       ->type_name("FILE")
       ->capture_default_str();
   command->add_option("--shape", flags->shape, "What to scan")

@@ -22,7 +22,7 @@ void AddServerFlags(CLI::App* command, LocalServers local_servers, ServerChoice*
 
 // What is meshed.
 inline constexpr const char* kScanHelp =
-    "Scan or surface: .drc .ply .obj .off .stl; volume mesh: .vtk .msh .vtu .mesh";
+    "Scan or surface: .drc .ply .obj .off .stl .xyz; volume mesh: .vtk .msh .vtu .mesh";
 
 inline constexpr const char* kJobHelp = "The job's name, as submit printed it and list shows it";
 

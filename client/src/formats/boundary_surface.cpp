@@ -103,6 +103,7 @@ absl::Status WriteBoundarySurface(const AtMostHexaMesh& mesh, const std::string&
     case HullFormat::kOff:
     case HullFormat::kStl:
     case HullFormat::kDraco:
+    case HullFormat::kXyz:
       break;
   }
   return WriteHullFile(Triangulated(surface), path, kTolerancePerEdge * MeanEdge(surface));

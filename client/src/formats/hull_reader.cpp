@@ -35,6 +35,9 @@ std::optional<HullFormat> HullFormatOfPath(const std::string& path) {
   if (extension == ".obj") return HullFormat::kObj;
   if (extension == ".off") return HullFormat::kOff;
   if (extension == ".stl") return HullFormat::kStl;
+  for (const char* const xyz : {".xyz", ".pts", ".asc"}) {
+    if (extension == xyz) return HullFormat::kXyz;
+  }
   return std::nullopt;
 }
 
@@ -72,6 +75,8 @@ absl::StatusOr<InputHull> ReadHull(HullFormat format, std::string_view bytes) {
         return ReadOff(bytes);
       case HullFormat::kStl:
         return ReadStl(bytes);
+      case HullFormat::kXyz:
+        return ReadXyz(bytes);
     }
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("not enough memory to read the file");

@@ -101,6 +101,22 @@ absl::StatusOr<std::string> FormatStl(const InputHull& hull) {
   return bytes;
 }
 
+absl::StatusOr<std::string> FormatXyz(const InputHull& hull) {
+  const auto* cloud = std::get_if<PointCloud>(&hull);
+  if (cloud == nullptr) return absl::InvalidArgumentError("xyz holds point clouds, not surfaces");
+  std::string text;
+  for (size_t i = 0; i < cloud->points.size(); ++i) {
+    const Vec3d& p = cloud->points[i];
+    absl::StrAppendFormat(&text, "%.17g %.17g %.17g", p.x, p.y, p.z);
+    if (!cloud->normals.empty()) {
+      const Vec3d& n = cloud->normals[i];
+      absl::StrAppendFormat(&text, " %.17g %.17g %.17g", n.x, n.y, n.z);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 absl::Status WriteError(const std::string& path, int error) {
   return absl::FailedPreconditionError(
       absl::StrCat(path, ": cannot be written: ", std::strerror(error)));
@@ -122,6 +138,8 @@ absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format,
       return FormatOff(hull);
     case HullFormat::kStl:
       return FormatStl(hull);
+    case HullFormat::kXyz:
+      return FormatXyz(hull);
   }
   return absl::InternalError("unknown output format");
 }

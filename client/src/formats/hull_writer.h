@@ -1,4 +1,4 @@
-// Writes surfaces and clouds: .drc .ply .obj .off .stl.
+// Writes surfaces and clouds: .drc .ply .obj .off .stl .xyz.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 namespace amhex::client {
 
 // The file's bytes. `.drc` and `.ply` keep clouds with normals; `.stl` is binary and holds
-// surfaces only (INVALID_ARGUMENT for clouds). `.ply` is binary little-endian with 64-bit
-// coordinates; in `.drc` no position moves by more than `tolerance`.
+// surfaces only (INVALID_ARGUMENT for clouds), `.xyz` clouds only. `.ply` is binary little-endian
+// with 64-bit coordinates; in `.drc` no position moves by more than `tolerance`.
 absl::StatusOr<std::string> FormatHull(const InputHull& hull, HullFormat format,
                                        double tolerance = 0);
 

@@ -110,7 +110,8 @@ bool IsReadable(MeshFormat format) {
 }
 
 bool IsWritableMeshPath(const std::string& path) {
-  return MeshFormatOfPath(path).has_value() || HullFormatOfPath(path).has_value();
+  const std::optional<HullFormat> surface = HullFormatOfPath(path);
+  return MeshFormatOfPath(path).has_value() || (surface && *surface != HullFormat::kXyz);
 }
 
 absl::Status WriteMeshFile(const MeshDocument& document, const std::string& path) {
