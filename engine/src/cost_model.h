@@ -6,11 +6,11 @@
 namespace amhex {
 
 // Seconds on the CPU backend with two threads, from docs/results.md: chosen so that most
-// models there are near; clouds of organic shapes take up to 6.4 times as long. Boxy solids and
+// models there are near; clouds of organic shapes take up to 5.3 times as long. Boxy solids and
 // organic ones, which leave much to close and to place, lie up to seven times apart at the same
 // number of cells.
-inline constexpr double kSecondsPerCell = 0.40e-3;
-inline constexpr double kSecondsPerCellAndTrial = 0.14e-3;
+inline constexpr double kSecondsPerCell = 0.30e-3;
+inline constexpr double kSecondsPerCellAndTrial = 0.10e-3;
 // Twistcube of 1,300 cells from a grid start: 1.2 s of relaxation, 150 iterations.
 inline constexpr double kSecondsPerCellAndIteration = 6e-6;
 // Triangles or points; clouds cost more, large meshes less.

@@ -61,6 +61,7 @@ class Bench {
   // Runs all jobs, `at_once` at a time.
   Outcome Run() {
     std::vector<std::thread> threads;
+    threads.reserve(static_cast<size_t>(flags_.at_once));
     for (int i = 0; i < flags_.at_once; ++i) threads.emplace_back([this] { Work(); });
     for (std::thread& thread : threads) thread.join();
     std::sort(outcome_.latencies.begin(), outcome_.latencies.end());
