@@ -22,7 +22,11 @@ constexpr double kNose = 0.12;
 constexpr double kReach = 5.5;
 constexpr double kMinLookCosine = 0.6;
 // The nearest cells are taken away up to so far from the edge. Farther off there is room for cells.
-constexpr std::array<double, 6> kTakenAway = {0, 0.8, 1.4, 2.0, 2.6, 3.2};
+constexpr std::array<double, 9> kTakenAway = {0, 0.8, 1.4, 2.0, 2.6, 3.2, 3.8, 4.4, 5.0};
+// What stands out of the wall that is left goes as well, in so many rounds and up to so much
+// farther.
+constexpr std::array<int, 3> kLevellings = {0, 1, 2};
+constexpr double kLevelled = 1.2;
 // Rows are at least so high where they begin to be extended.
 constexpr double kMinRowHeight = 0.2;
 constexpr double kMinQuality = 0.1;
@@ -48,6 +52,13 @@ double CostOf(const WorkingMesh& mesh) {
   return others;
 }
 
+int CountOpen(const WorkingMesh& mesh, int cell) {
+  const WorkingMesh::HalfFaces& halves = mesh.half_faces(cell);
+  return static_cast<int>(std::count_if(halves.begin(), halves.end(), [&](int32_t half) {
+    return half >= 0 && mesh.owner(half ^ 1) == WorkingMesh::kOpen;
+  }));
+}
+
 // Extends the faces of one mesh to one piece of ridge.
 class Extension {
  public:
@@ -64,15 +75,32 @@ class Extension {
     columns_ = std::max(1, static_cast<int>(std::lround(distance - kNose)));
     const int first = mesh_.cell_slots();
     for (const CellFace& face : faces) Extend(face);
-    if (OverlapsOlder(first)) return 0;
-    for (int cell = first; cell < mesh_.cell_slots(); ++cell) {
-      side_.MarkFacesOf(cell, [](int32_t) { return true; });
+    DropOverlapping(first);
+    int added = 0;
+    for (const Row& row : rows_) {
+      for (const int cell : row.cells) side_.MarkFacesOf(cell, [](int32_t) { return true; });
+      if (!row.cells.empty()) mesh_.MarkHull(row.nose);
+      added += static_cast<int>(row.cells.size());
     }
-    for (const CellFace& nose : noses_) mesh_.MarkHull(nose);
-    return mesh_.cell_slots() - first;
+    return added;
+  }
+
+  // True if the tip is filled in part only. What is left of it would become poor cells: stars need
+  // room.
+  bool LeavesSidesOpen() const {
+    return std::any_of(rows_.begin(), rows_.end(), [&](const Row& row) {
+      return std::any_of(row.cells.begin(), row.cells.end(),
+                         [&](int cell) { return CountOpen(mesh_, cell) > 0; });
+    });
   }
 
  private:
+  // The cells before one face of the wall, and the narrow face that they end on.
+  struct Row {
+    std::vector<int> cells;
+    CellFace nose;
+  };
+
   Vec3d Middle(const CellFace& face) const { return FaceCentroid(face, mesh_.vertices()); }
 
   std::vector<CellFace> FacesThatLook() const {
@@ -118,22 +146,35 @@ class Extension {
     return column;
   }
 
+  // The cells before one face; all of them or none.
   void Extend(const CellFace& face) {
+    Row row;
     CellFace base = face;
     for (int k = 0; k < columns_; ++k) {
       CellFace top = base;
       for (int j = 0; j < 4; ++j) top.v[j] = ColumnOf(face.v[j])[k];
       const CellCorners corners = {base.v[0], base.v[1], base.v[2], base.v[3],
                                    top.v[0],  top.v[1],  top.v[2],  top.v[3]};
-      if (CellQuality(corners, mesh_.vertices()) < kMinQuality || mesh_.AddCell(corners) < 0)
+      const bool is_good = CellQuality(corners, mesh_.vertices()) >= kMinQuality;
+      const int cell = is_good ? mesh_.AddCell(corners) : -1;
+      if (cell < 0) {
+        Drop(row);
         return;
+      }
+      row.cells.push_back(cell);
       base = top;
     }
-    noses_.push_back(base);
+    row.nose = base;
+    rows_.push_back(std::move(row));
   }
 
-  // True if a cell from `first` on reaches into one before it, or one of those into it.
-  bool OverlapsOlder(int first) const {
+  void Drop(Row& row) {
+    for (const int cell : row.cells) mesh_.RemoveCell(cell);
+    row.cells.clear();
+  }
+
+  // Of rows that reach into cells before `first`, or those into them.
+  void DropOverlapping(int first) {
     std::vector<int> older;
     for (int cell = 0; cell < first; ++cell) {
       if (!mesh_.alive(cell)) continue;
@@ -141,15 +182,21 @@ class Extension {
         older.push_back(cell);
       }
     }
-    for (int cell = first; cell < mesh_.cell_slots(); ++cell) {
+    for (Row& row : rows_) {
       poll_.Now();
-      const Vec3d centre = CentreOf(mesh_, cell);
-      for (const int other : older) {
-        if (Norm(CentreOf(mesh_, other) - centre) > kOverlapReach) continue;
-        if (ReachesInto(cell, other) || ReachesInto(other, cell)) return true;
+      if (std::any_of(row.cells.begin(), row.cells.end(),
+                      [&](int cell) { return Overlaps(cell, older); })) {
+        Drop(row);
       }
     }
-    return false;
+  }
+
+  bool Overlaps(int cell, const std::vector<int>& others) const {
+    const Vec3d centre = CentreOf(mesh_, cell);
+    return std::any_of(others.begin(), others.end(), [&](int other) {
+      return Norm(CentreOf(mesh_, other) - centre) <= kOverlapReach &&
+             (ReachesInto(cell, other) || ReachesInto(other, cell));
+    });
   }
 
   bool ReachesInto(int cell, int other) const {
@@ -168,14 +215,29 @@ class Extension {
   HullSide side_;
   int columns_ = 1;
   std::map<int32_t, std::vector<int32_t>> column_of_;
-  std::vector<CellFace> noses_;
+  std::vector<Row> rows_;
 };
 
-void TakeAway(const SegmentQueries& ridge, double distance, WorkingMesh* mesh) {
+// Cells that are no hexahedra beside the wall, or that stand out of it.
+bool IsRagged(const WorkingMesh& mesh, int cell) {
+  const int open = CountOpen(mesh, cell);
+  return open > 1 || (open == 1 && !mesh.is_hexahedron(cell));
+}
+
+void TakeAway(const SegmentQueries& ridge, double distance, int levellings, WorkingMesh* mesh) {
   if (distance == 0) return;
   for (int cell = 0; cell < mesh->cell_slots(); ++cell) {
     if (!mesh->alive(cell)) continue;
     if (ridge.Closest(CentreOf(*mesh, cell), distance).segment >= 0) mesh->RemoveCell(cell);
+  }
+  for (int round = 0; round < levellings; ++round) {
+    std::vector<int> ragged;
+    for (int cell = 0; cell < mesh->cell_slots(); ++cell) {
+      if (!mesh->alive(cell) || !IsRagged(*mesh, cell)) continue;
+      if (ridge.Closest(CentreOf(*mesh, cell), distance + kLevelled).segment >= 0)
+        ragged.push_back(cell);
+    }
+    for (const int cell : ragged) mesh->RemoveCell(cell);
   }
 }
 
@@ -197,16 +259,21 @@ int ExtendToRidges(const Hull& hull, const std::vector<SegmentQueries>& ridges, 
     const WorkingMesh before = *mesh;
     bool is_better = false;
     for (const double distance : kTakenAway) {
-      poll.Now();
-      WorkingMesh tried = before;
-      TakeAway(ridge, distance, &tried);
-      if (Extension(hull, ridge, &tried, poll).Run() == 0) continue;
-      FillNotches(hull, &tried, poll);
-      const double cost = CostOf(tried);
-      if (cost >= least) continue;
-      least = cost;
-      *mesh = std::move(tried);
-      is_better = true;
+      for (const int levellings : kLevellings) {
+        if (distance == 0 && levellings > 0) break;  // nothing is taken away
+        poll.Now();
+        WorkingMesh tried = before;
+        TakeAway(ridge, distance, levellings, &tried);
+        Extension extension(hull, ridge, &tried, poll);
+        if (extension.Run() == 0) continue;
+        FillNotches(hull, &tried, poll);
+        if (extension.LeavesSidesOpen()) continue;
+        const double cost = CostOf(tried);
+        if (cost >= least) continue;
+        least = cost;
+        *mesh = std::move(tried);
+        is_better = true;
+      }
     }
     changed += is_better ? 1 : 0;
   }

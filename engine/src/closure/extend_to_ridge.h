@@ -15,9 +15,9 @@ namespace amhex {
 // to just before it, every row as hexahedra that become as thin as the wedge does, and end on a
 // narrow face along it: a cell that reached into the edge itself could have no better scaled
 // Jacobian than the sine of the angle. The nearest cells are taken away first where that leaves
-// fewer faces open and fewer cells that are no hexahedra; notches there are filled. Returns the
-// number of edges (of those that hang together) whose cells have changed. Throws RunStopped when
-// `poll` does.
+// fewer faces open and fewer cells that are no hexahedra; notches there are filled. A tip
+// that would be filled in part only stays as it is. Returns the number of edges (of those that hang
+// together) whose cells have changed. Throws RunStopped when `poll` does.
 int ExtendToRidges(const Hull& hull, const std::vector<SegmentQueries>& ridges, WorkingMesh* mesh,
                    const StopPoll& poll = {});
 

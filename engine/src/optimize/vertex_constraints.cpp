@@ -99,7 +99,7 @@ struct VertexPatches {
   bool at_blunt_end = false;
 };
 
-// Of its faces but the blunt ends, unless it has no others.
+// Of its faces but the blunt ends.
 VertexPatches PatchesAt(int32_t vertex, const VertexNeighbourhoods& neighbourhoods,
                         const std::vector<int32_t>& face_patch,
                         const std::vector<uint8_t>& is_blunt) {
@@ -109,7 +109,6 @@ VertexPatches PatchesAt(int32_t vertex, const VertexNeighbourhoods& neighbourhoo
     if (is_blunt[f] != 0) at.at_blunt_end = true;
     if (is_blunt[f] == 0) patches.push_back(face_patch[f]);
   }
-  if (patches.empty()) patches.push_back(face_patch[*neighbourhoods.hull_faces[vertex].begin()]);
   std::sort(patches.begin(), patches.end());
   patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
   return at;
@@ -236,6 +235,10 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
     patches_of[v] = PatchesAt(v, neighbourhoods, result.face_patch, is_blunt);
     const PatchList& patches = patches_of[v].patches;
     const Vec3d& p = complex.vertices[v];
+    if (patches.empty()) {  // inside a blunt end, where two rows end: between their sides
+      result.vertex[v].kind = Constraint::kFixed;
+      return;
+    }
     if (patches.size() > 1) {
       result.vertex[v] = NearestCrease(patches, p, features);
       return;

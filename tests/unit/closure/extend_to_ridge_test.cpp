@@ -62,6 +62,14 @@ TEST(ExtendToRidges, TakesCellsAwayThatStandOut) {
   ExpectHexahedraUpToTheRidge(mesh, hull);
 }
 
+TEST(ExtendToRidges, FillsNoTipInPart) {
+  // Twice as wide as the cells: rows would leave their sides open in the middle of the tip.
+  const Hull hull = HullOfMesh(fixtures::MakeWedge(kDegrees, kBegin + kSize.nx, 2 * kSize.ny));
+  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kSize));
+  EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 0);
+  EXPECT_EQ(mesh.OpenFaces().size(), 10u);
+}
+
 TEST(ExtendToRidges, LeavesBluntEdgesAlone) {
   const Hull hull = WedgeHull(60);
   WorkingMesh mesh(WedgeComplex(60, kBegin, kSize));
