@@ -4,7 +4,18 @@ if(NOT REVISION)
     WORKING_DIRECTORY ${SOURCE} OUTPUT_VARIABLE REVISION OUTPUT_STRIP_TRAILING_WHITESPACE
     ERROR_QUIET RESULT_VARIABLE failed)
   if(failed)
-    set(REVISION "unknown commit")
+    # Results are shared between builds of one name, so each state of the sources needs its own.
+    file(GLOB_RECURSE sources RELATIVE ${SOURCE}
+      ${SOURCE}/engine/* ${SOURCE}/server/* ${SOURCE}/proto/* ${SOURCE}/cmake/*)
+    list(SORT sources)
+    set(digests "")
+    foreach(source IN LISTS sources)
+      file(SHA256 ${SOURCE}/${source} digest)
+      string(APPEND digests "${source} ${digest}\n")
+    endforeach()
+    string(SHA256 digest "${digests}")
+    string(SUBSTRING ${digest} 0 12 digest)
+    set(REVISION "unknown commit, sources ${digest}")
   endif()
 endif()
 
