@@ -88,7 +88,7 @@ class MeshRun {
     submit.on_upload = [this](int64_t done, int64_t total) {
       display_.OnTransfer("uploading", done, total);
     };
-    const absl::StatusOr<v1::Job> submitted = connection->client->Submit(input, params_, submit);
+    absl::StatusOr<v1::Job> submitted = connection->client->Submit(input, params_, submit);
     if (!submitted.ok()) return submitted;
     if (connection->local_server == nullptr) display_.Say(submitted->name());
     WatchOptions watch;
@@ -97,7 +97,7 @@ class MeshRun {
       display_.OnFrame(frame);
     };
     watch.on_reconnect = [this](const absl::Status& status) { display_.OnReconnect(status); };
-    const absl::StatusOr<v1::Job> watched = connection->client->Watch(submitted->name(), watch);
+    absl::StatusOr<v1::Job> watched = connection->client->Watch(submitted->name(), watch);
     if (interrupt_.requested()) {
       display_.Clear();
       CancelAbandonedJob(connection->options, submitted->name());
