@@ -39,13 +39,17 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 7}, {1e5, 2}};
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {1e5, 2}};
 // So many of several are closed at least. Of large solids their open faces tell enough.
 constexpr int kLeastClosed = 2;
 // Closing takes time for every open face, placing for every cell that is no hexahedron: once those
 // of the trials that have had their turn, and of the next one, are more, no further one has it.
 constexpr int64_t kMostOpenFacesClosed = 600;
 constexpr int64_t kMostOthersPlaced = 600;
+// Of solids of so few cells more are worth it: what one of their lattices leaves out is a large
+// part of them, and that is told by the placed ones alone.
+constexpr double kFewCells = 4e3;
+constexpr int64_t kMostOthersPlacedOfFew = 1000;
 
 // Of so many trials the better one is taken where the first keeps a poor cell.
 constexpr size_t kLeastChoice = 2;
@@ -113,6 +117,10 @@ int64_t CountOthers(const CellComplex& complex) {
          counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
 }
 
+int64_t MostOthersPlaced(const Hull& hull) {
+  return hull.volume <= kFewCells ? kMostOthersPlacedOfFew : kMostOthersPlaced;
+}
+
 struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
@@ -166,7 +174,7 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     const bool is_mendable =
         SummarizeQuality(placed.back().complex, StopPoll(run)).minimum >= kMendableMinimum;
     const bool is_last =
-        i + 1 == closed.size() || (others > kMostOthersPlaced && (i > 0 || is_mendable));
+        i + 1 == closed.size() || (others > MostOthersPlaced(with.hull) && (i > 0 || is_mendable));
     if (is_last && i == 0) break;  // nothing to choose from
     PlacedCandidate& newest = placed.back();
     newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));

@@ -67,19 +67,28 @@ constexpr std::array<TrialRecipe, kMaxTrials> kTrialRecipes = {{{1.0, 1.0, kLigh
                                                                 {0.97, 0.97, kFirmly},
                                                                 {0.97, 0.985, kFirmly}}};
 
-// The second one of large solids. How far the hull's normals should reach into a solid, and how
-// firmly its lattice should be closed, differs from solid to solid: against the first, this leaves
-// a fifth fewer faces open in a hand and a sixth more in a bunny (docs/results.md).
-constexpr TrialRecipe kOtherFrames = {.grid = 1,
-                                      .sites = 1,
-                                      .hull_edge_weight = kLightly,
-                                      .closure_weight = 600,
-                                      .hull_weight = 100,
-                                      .normal_fading = 0.7};
+// How far the hull's normals should reach into a solid, and how firmly its lattice should be
+// closed, differs from solid to solid: against the first recipe, these weights leave a fifth fewer
+// faces open in a hand or a coarse bunny and a sixth more in a fine bunny (docs/results.md). Solids
+// of more than 2,000 cells try them, large ones at once, others as the third and fourth.
+constexpr TrialRecipe WithFadingNormals(double grid, double sites, double hull_edge_weight) {
+  return {grid, sites, hull_edge_weight, 600, 100, 0.7};
+}
+constexpr double kSmallSolid = 2e3;
+constexpr std::array<TrialRecipe, 2> kOfMedium = {WithFadingNormals(1.0, 0.97, kFirmly),
+                                                  WithFadingNormals(1.03, 0.97, kLightly)};
+constexpr TrialRecipe kOfLarge = WithFadingNormals(1.0, 1.0, kLightly);
 
 const TrialRecipe& RecipeOf(int trial, const Hull& hull) {
-  if (trial == 1 && hull.volume > kLargeSolid) return kOtherFrames;
-  return kTrialRecipes[static_cast<size_t>(trial)];
+  constexpr int kOfAll = 2;
+  constexpr int kMediumCount = static_cast<int>(kOfMedium.size());
+  if (trial == 1 && hull.volume > kLargeSolid) return kOfLarge;
+  if (trial < kOfAll || hull.volume <= kSmallSolid) {
+    return kTrialRecipes[static_cast<size_t>(trial)];
+  }
+  const int further = trial - kOfAll;
+  if (further < kMediumCount) return kOfMedium[static_cast<size_t>(further)];
+  return kTrialRecipes[static_cast<size_t>(trial - kMediumCount)];
 }
 
 // Ends of the steps on the stage's progress bar, by their measured cost.

@@ -20,8 +20,8 @@ inline constexpr double kLargeSolid = 2e4;
 // One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
 // size field, a closed lattice form and a phase field on a background grid of spacing h / 2 (h = 1
 // in the normalised frame). The trials differ in density, within 9 % of what was asked for, in how
-// firmly their layers follow the hull and, of large solids, in how far its normals reach into them;
-// the first has exactly the density asked for. All sites
+// firmly their layers follow the hull and, where they are many or the solid is large, in how far
+// its normals reach into them; the first has exactly the density asked for. All sites
 // lie inside; sizes are the wanted cell extents along the frames' axes; links name the faces to
 // glue.
 //
