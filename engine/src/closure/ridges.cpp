@@ -13,6 +13,8 @@ namespace amhex {
 namespace {
 
 constexpr double kLeastDepth = 1e-9;  // edge lengths: of rounding
+// Shorter ones are noise (input/sharp_features, FollowedEdges), where stars fill better.
+constexpr double kLeastLength = 3.0;
 
 bool IsAcuteRidge(const Hull& hull, const SharpEdge& edge) {
   const Vec3d& left = hull.triangle_normals[edge.triangle_left];
@@ -24,6 +26,12 @@ bool IsAcuteRidge(const Hull& hull, const SharpEdge& edge) {
   return std::any_of(across.begin(), across.end(), [&](int32_t v) {
     return Dot(left, hull.vertices[v] - on_edge) < -kLeastDepth;
   });
+}
+
+double LengthOf(const std::vector<LineSegment>& segments) {
+  double length = 0;
+  for (const LineSegment& s : segments) length += Norm(s.second - s.first);
+  return length;
 }
 
 }  // namespace
@@ -52,7 +60,9 @@ std::vector<SegmentQueries> AcuteRidges(const Hull& hull) {
         {hull.vertices[edges[e].vertex_a], hull.vertices[edges[e].vertex_b]});
   }
   std::vector<SegmentQueries> ridges;
-  for (auto& [first, own] : segments) ridges.emplace_back(std::move(own));
+  for (auto& [first, own] : segments) {
+    if (LengthOf(own) >= kLeastLength) ridges.emplace_back(std::move(own));
+  }
   return ridges;
 }
 

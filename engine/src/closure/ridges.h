@@ -8,7 +8,8 @@
 
 namespace amhex {
 
-// The acute ones of hull.sharp_edges, in pieces that hang together.
+// The acute ones of hull.sharp_edges, in pieces that hang together and are at least three edge
+// lengths long.
 std::vector<SegmentQueries> AcuteRidges(const Hull& hull);
 
 }  // namespace amhex
