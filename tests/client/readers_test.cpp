@@ -247,6 +247,25 @@ TEST(Xyz, TakesForNormalsWhatHasUnitLengthEverywhere) {
   }
 }
 
+TEST(Xyz, DamagedFilesAreRefusedOrReadAndNeverCrash) {
+  std::mt19937 random(13);
+  const auto bytes = FormatHull(Cloud(20), HullFormat::kXyz);
+  ASSERT_TRUE(bytes.ok());
+  for (int round = 0; round < 5000; ++round) {
+    std::string damaged = bytes->substr(0, random() % (bytes->size() + 1));
+    for (int change = 0; change < 3 && !damaged.empty(); ++change) {
+      damaged[random() % damaged.size()] = static_cast<char>(random());
+    }
+    const auto hull = ReadHull(HullFormat::kXyz, damaged);
+    if (!hull.ok()) {
+      EXPECT_FALSE(hull.status().message().empty());
+      continue;
+    }
+    const auto& cloud = std::get<PointCloud>(*hull);
+    EXPECT_TRUE(cloud.normals.empty() || cloud.normals.size() == cloud.points.size());
+  }
+}
+
 TEST(Xyz, NamesTheLineThatIsNoPoint) {
   EXPECT_THAT(Message(ReadXyz("0 0 0\n# remark\n1 2\n")), HasSubstr("line 3"));
   EXPECT_THAT(Message(ReadXyz("0 0 0\n1 2 three\n")), HasSubstr("\"three\""));
