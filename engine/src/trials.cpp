@@ -283,7 +283,8 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
                          }));
   AMHEX_ASSIGN_OR_RETURN(std::vector<Sites> relaxed,
                          RunTrials(run, Stage::kRelax, sites, [&](Sites& trial) {
-                           return RelaxSites(hull, samples, std::move(trial), params, run);
+                           const Sites unrelaxed = std::move(trial);  // freed as soon as it is
+                           return RelaxSites(hull, samples, unrelaxed, params, run);
                          }));
   AssembledTrials assembled;
   AddDeviceNotes(relaxed, assembled.device_notes);

@@ -107,7 +107,7 @@ grpc::Slice MakeRoom(size_t size) {
 
 grpc::ByteBuffer FrameChunk(const ReadBlobResponse& fields, const grpc::Slice& data) {
   std::string head = fields.SerializeAsString();
-  constexpr size_t kLongestTagAndSize = 2 * 5;
+  constexpr size_t kLongestTagAndSize = size_t{2} * 5;
   std::array<uint8_t, kLongestTagAndSize> prefix;
   if (data.size() > 0) {
     uint8_t* end = CodedOutputStream::WriteTagToArray(kSentDataTag, prefix.data());

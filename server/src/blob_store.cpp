@@ -316,7 +316,7 @@ absl::Status BlobStore::Publish(const std::string& from, const std::string& sha2
     std::lock_guard<std::mutex> lock(mutex_);
     is_first = !Contains(sha256) && publishing_.insert(sha256).second;
   }
-  const absl::Status status = RenameDurably(from, to);
+  absl::Status status = RenameDurably(from, to);
   if (is_first) {
     std::lock_guard<std::mutex> lock(mutex_);
     publishing_.erase(sha256);

@@ -23,7 +23,7 @@ constexpr int kPingPatienceMilliseconds = 10'000;
 class GrpcJobRelay::Stream final : public grpc::ClientReadReactor<amhex::v1::WatchJobResponse>,
                                    public std::enable_shared_from_this<Stream> {
  public:
-  Stream(std::shared_ptr<grpc::Channel> channel, std::shared_ptr<JobFeed> feed)
+  Stream(const std::shared_ptr<grpc::Channel>& channel, std::shared_ptr<JobFeed> feed)
       : stub_(amhex::v1::Mesher::NewStub(channel)), feed_(std::move(feed)) {}
 
   void Start(const std::string& job_id, const std::string& token) {

@@ -33,7 +33,7 @@ int ServeUnderInit(const std::function<int()>& serve) {
   sigset_t all;
   sigset_t before;
   sigfillset(&all);
-  sigprocmask(SIG_BLOCK, &all, &before);
+  pthread_sigmask(SIG_BLOCK, &all, &before);
   const pid_t server = fork();
   if (server < 0) {
     LogError("start_failed", {{"message", "cannot make a process"}});
@@ -41,7 +41,7 @@ int ServeUnderInit(const std::function<int()>& serve) {
   }
   if (server == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    sigprocmask(SIG_SETMASK, &before, nullptr);
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     return serve();
   }
   while (true) {

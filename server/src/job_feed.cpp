@@ -198,8 +198,8 @@ FeedReader::FeedReader(std::shared_ptr<JobFeed> feed, absl::Duration min_interva
     : feed_(std::move(feed)), min_interval_(min_interval) {}
 
 absl::StatusOr<std::unique_ptr<FeedReader>> FeedReader::Open(
-    std::shared_ptr<JobFeed> feed, int64_t after_seq, absl::Duration min_interval,
-    int32_t max_readers, std::shared_ptr<FeedListener> listener) {
+    const std::shared_ptr<JobFeed>& feed, int64_t after_seq, absl::Duration min_interval,
+    int32_t max_readers, const std::shared_ptr<FeedListener>& listener) {
   std::lock_guard<std::mutex> lock(feed->mutex_);
   if (after_seq > feed->last_seq_ && feed->counter_->has_peers() &&
       after_seq <= FrameCounter::kMaxForeignSeq) {
@@ -227,7 +227,7 @@ absl::StatusOr<std::unique_ptr<FeedReader>> FeedReader::Open(
   listeners.erase(std::remove_if(listeners.begin(), listeners.end(),
                                  [](const auto& weak) { return weak.expired(); }),
                   listeners.end());
-  listeners.push_back(std::move(listener));
+  listeners.push_back(listener);
   return reader;
 }
 

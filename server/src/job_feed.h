@@ -131,11 +131,9 @@ class FeedReader {
 
   // INVALID_ARGUMENT for an `after_seq` never sent (by this server or a peer), RESOURCE_EXHAUSTED
   // TOO_MANY_WATCHERS.
-  static absl::StatusOr<std::unique_ptr<FeedReader>> Open(std::shared_ptr<JobFeed> feed,
-                                                          int64_t after_seq,
-                                                          absl::Duration min_interval,
-                                                          int32_t max_readers,
-                                                          std::shared_ptr<FeedListener> listener);
+  static absl::StatusOr<std::unique_ptr<FeedReader>> Open(
+      const std::shared_ptr<JobFeed>& feed, int64_t after_seq, absl::Duration min_interval,
+      int32_t max_readers, const std::shared_ptr<FeedListener>& listener);
   ~FeedReader();
 
   Item Next(absl::Time now);

@@ -13,7 +13,7 @@ namespace amhex::server {
 namespace {
 
 // Enough of an input to reach its counts, unless it carries much metadata.
-constexpr size_t kPreflightBytes = 64 * 1024;
+constexpr size_t kPreflightBytes = 65'536;
 
 absl::Status BlobNotFound(const std::string& sha256) {
   return MakeError(absl::StatusCode::kNotFound, amhex::v1::BLOB_NOT_FOUND,
@@ -65,7 +65,7 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
 absl::Status JobManager::FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
                                       BlobUpload* upload) {
   AMHEX_RETURN_IF_ERROR(upload->Finish());
-  const absl::Status granted = store_->GrantBlob(caller.tenant.name, blob, absl::Now());
+  absl::Status granted = store_->GrantBlob(caller.tenant.name, blob, absl::Now());
   if (!absl::IsFailedPrecondition(granted)) return granted;
   // It was there before, unused, and another node has just collected it.
   return MakeError(absl::StatusCode::kAborted, amhex::v1::UPLOAD_SUPERSEDED,

@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "status_macros.h"
+
 namespace amhex::server {
 namespace {
 
@@ -152,7 +154,7 @@ absl::Status CheckLogging(const std::string& level, const std::string& format) {
 }
 
 absl::Status SetUpLogging(const std::string& level, const std::string& format) {
-  if (const absl::Status status = CheckLogging(level, format); !status.ok()) return status;
+  AMHEX_RETURN_IF_ERROR(CheckLogging(level, format));
   writes_json = format == "json";
   Logger() = MakeLogger(spdlog::level::from_str(level));
   return absl::OkStatus();

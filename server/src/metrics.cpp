@@ -14,9 +14,9 @@ using Buckets = Histogram::BucketBoundaries;
 
 // From a millisecond to the longest permitted run.
 const Buckets& SecondsBuckets() {
-  static const Buckets buckets = {0.001, 0.005, 0.01, 0.05, 0.1, 0.25, 0.5,  1,    2.5,
-                                  5,     10,    25,   50,   100, 250,  1000, 3600, 14400};
-  return buckets;
+  static const Buckets kBuckets = {0.001, 0.005, 0.01, 0.05, 0.1, 0.25, 0.5,  1,    2.5,
+                                   5,     10,    25,   50,   100, 250,  1000, 3600, 14400};
+  return kBuckets;
 }
 
 // By the least number of cells.
@@ -49,7 +49,7 @@ Histogram& OneHistogram(Registry& registry, const char* name, const char* help,
 Metrics::Metrics(const std::string& version)
     : Metrics(version, std::make_shared<prometheus::Registry>()) {}
 
-Metrics::Metrics(const std::string& version, std::shared_ptr<Registry> registry)
+Metrics::Metrics(const std::string& version, const std::shared_ptr<Registry>& registry)
     : jobs_submitted(OneCounter(*registry, "amhex_jobs_submitted_total", "Jobs accepted.")),
       lease_expired(OneCounter(*registry, "amhex_lease_expired_total",
                                "Attempts whose lease ended without news.")),

@@ -58,7 +58,7 @@ class Metrics {
   prometheus::Histogram& CallDuration(const std::string& method, const std::string& status);
 
  private:
-  Metrics(const std::string& version, std::shared_ptr<prometheus::Registry> registry);
+  Metrics(const std::string& version, const std::shared_ptr<prometheus::Registry>& registry);
 
   std::shared_ptr<prometheus::Registry> registry_;
   prometheus::Family<prometheus::Counter>& finished_family_;

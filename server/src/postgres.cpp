@@ -276,7 +276,7 @@ absl::Status PostgresPool::RepeatOnCollision(const Work& work) {
 }
 
 absl::Status PostgresPool::Transact(const Work& work) {
-  const absl::Status status = RepeatOnCollision(work);
+  absl::Status status = RepeatOnCollision(work);
   if (!absl::IsUnavailable(status)) return status;
   return RepeatOnCollision(work);
 }

@@ -250,7 +250,7 @@ absl::Status PostgresJobStore::Release(const std::string& id, int64_t epoch, Rel
                                        absl::Time now, absl::Time not_before) {
   std::vector<Charge> charges;
   bool is_repetition = false;
-  const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
+  absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
     const bool may_be_done = std::exchange(is_repetition, true);
     charges.clear();
     AMHEX_RETURN_IF_ERROR(db.Run("DELETE FROM lease WHERE job_id = $1 AND epoch = $2",

@@ -92,6 +92,8 @@ void Measure(int node_count, int backlog, absl::Duration duration) {
   {
     std::vector<std::unique_ptr<PostgresJobStore>> nodes;
     std::vector<std::jthread> threads;
+    nodes.reserve(node_count);
+    threads.reserve(size_t{kThreadsPerNode} * node_count);
     for (int node = 0; node < node_count; ++node) nodes.push_back(OpenStore(url));
     for (int i = 0; i < node_count * kThreadsPerNode; ++i) {
       threads.emplace_back([&, i] {

@@ -199,6 +199,7 @@ std::string MeasureWatching(const Stubs& stubs) {
     const absl::Time start = absl::Now();
     const double cpu = CpuSeconds();
     std::vector<std::thread> watchers;
+    watchers.reserve(watcher_count);
     for (int i = 0; i < watcher_count; ++i) {
       watchers.emplace_back([&] { WatchUntil(stubs, job.name(), IsEnd); });
     }
@@ -361,7 +362,7 @@ std::string MeasureTransfer(const Way& way, const std::string& bytes) {
       Connect(is_unix ? way.raw_address : absl::StrCat("127.0.0.1:", port), way.client);
   const Stubs stubs = Connect(way.address, way.client);
   Upload(bare.blobs.get(), bytes, Sha256Hex(bytes));  // warms up
-  const std::string measured = MeasureRounds(way, bytes, stubs, bare);
+  std::string measured = MeasureRounds(way, bytes, stubs, bare);
   raw_server->Shutdown();
   return measured;
 }

@@ -16,8 +16,8 @@ namespace {
 constexpr size_t kLineWidth = 80;   // of a terminal that nobody has made wider
 constexpr size_t kNameColumn = 30;  // of it before the description
 
-CLI::Validator NumberThat(std::string demand, bool (*holds)(double, double, double), double low,
-                          double high) {
+CLI::Validator NumberThat(const std::string& demand, bool (*holds)(double, double, double),
+                          double low, double high) {
   const auto check = [demand, holds, low, high](const std::string& text) -> std::string {
     double value = 0;
     if (absl::SimpleAtod(text, &value) && holds(value, low, high)) return "";

@@ -25,7 +25,7 @@ std::string Number(double value) {
   if (!std::isfinite(value)) return "null";
   // The shortest form that reads back as the same number.
   for (int digits = 6; digits < 17; ++digits) {
-    const std::string text = absl::StrFormat("%.*g", digits, value);
+    std::string text = absl::StrFormat("%.*g", digits, value);
     if (std::stod(text) == value) return text;
   }
   return absl::StrFormat("%.17g", value);

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -36,12 +36,12 @@ bool IsProgram(const std::filesystem::path& path) {
 }
 
 absl::StatusOr<std::string> MakeFolder() {
-  const char* base = std::getenv("TMPDIR");
+  const char* base = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
   std::string folder =
       absl::StrCat(base != nullptr && *base != '\0' ? base : "/tmp", "/amhex-XXXXXX");
   if (mkdtemp(folder.data()) == nullptr) {
-    return absl::UnavailableError(
-        absl::StrCat("no folder for a private server: ", folder, ": ", std::strerror(errno)));
+    return absl::UnavailableError(absl::StrCat("no folder for a private server: ", folder, ": ",
+                                               std::generic_category().message(errno)));
   }
   return folder;
 }
@@ -64,7 +64,7 @@ std::vector<std::string> Arguments(const std::string& program, const std::string
   if (getppid() != parent) _exit(1);
   sigset_t none;
   sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
+  pthread_sigmask(SIG_SETMASK, &none, nullptr);
   std::signal(SIGPIPE, SIG_DFL);
   const int null = open("/dev/null", O_RDONLY);
   dup2(null, STDIN_FILENO);
@@ -77,6 +77,7 @@ std::vector<std::string> Arguments(const std::string& program, const std::string
 absl::StatusOr<pid_t> Spawn(const std::string& program, const std::string& folder) {
   std::vector<std::string> arguments = Arguments(program, folder);
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const std::string log_path = folder + "/log";
@@ -87,8 +88,8 @@ absl::StatusOr<pid_t> Spawn(const std::string& program, const std::string& folde
   const int error = errno;
   if (log >= 0) close(log);
   if (pid < 0) {
-    return absl::UnavailableError(
-        absl::StrCat("a private server cannot be started: ", std::strerror(error)));
+    return absl::UnavailableError(absl::StrCat("a private server cannot be started: ",
+                                               std::generic_category().message(error)));
   }
   return pid;
 }
@@ -96,13 +97,15 @@ absl::StatusOr<pid_t> Spawn(const std::string& program, const std::string& folde
 }  // namespace
 
 absl::StatusOr<std::string> FindServerProgram() {
-  if (const char* named = std::getenv("AMHEXD"); named != nullptr && *named != '\0') {
+  const char* named = std::getenv("AMHEXD");  // NOLINT(concurrency-mt-unsafe)
+  if (named != nullptr && *named != '\0') {
     if (IsProgram(named)) return std::string(named);
     return absl::NotFoundError(absl::StrCat("AMHEXD names ", named, ", which is no program"));
   }
   const std::filesystem::path own = OwnFolder();
   std::vector<std::filesystem::path> places = {own / "amhexd", own / "../server/amhexd"};
-  if (const char* path = std::getenv("PATH"); path != nullptr) {
+  const char* path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe)
+  if (path != nullptr) {
     for (absl::string_view folder : absl::StrSplit(path, ':', absl::SkipEmpty())) {
       places.emplace_back(std::filesystem::path(std::string(folder)) / "amhexd");
     }

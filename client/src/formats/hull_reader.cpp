@@ -4,10 +4,10 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <system_error>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -18,7 +18,7 @@ namespace amhex::client {
 namespace {
 
 absl::Status CannotOpen(const std::string& path, int error) {
-  const std::string message = absl::StrCat(path, ": ", std::strerror(error));
+  const std::string message = absl::StrCat(path, ": ", std::generic_category().message(error));
   if (error == ENOENT || error == ENOTDIR) return absl::NotFoundError(message);
   if (error == EACCES) return absl::PermissionDeniedError(message);
   return absl::InvalidArgumentError(message);

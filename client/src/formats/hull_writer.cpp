@@ -6,7 +6,7 @@
 #include <bit>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
+#include <system_error>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -119,7 +119,7 @@ absl::StatusOr<std::string> FormatXyz(const InputHull& hull) {
 
 absl::Status WriteError(const std::string& path, int error) {
   return absl::FailedPreconditionError(
-      absl::StrCat(path, ": cannot be written: ", std::strerror(error)));
+      absl::StrCat(path, ": cannot be written: ", std::generic_category().message(error)));
 }
 
 }  // namespace

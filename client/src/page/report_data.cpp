@@ -74,6 +74,7 @@ EdgeLengths EdgeLengthsOf(const AtMostHexaMesh& mesh) {
   lengths.count = static_cast<int64_t>(edges.size());
   if (edges.empty()) return lengths;
   std::vector<double> all;
+  all.reserve(edges.size());
   for (const auto& [from, to] : edges) all.push_back(Norm(mesh.vertices[from] - mesh.vertices[to]));
   lengths.least = *std::min_element(all.begin(), all.end());
   lengths.most = *std::max_element(all.begin(), all.end());

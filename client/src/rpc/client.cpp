@@ -11,7 +11,7 @@ namespace amhex::client {
 namespace {
 
 // Inputs up to this size travel in the SubmitJob call, if the server's limit allows.
-constexpr int64_t kInlineBytes = 256 * 1024;
+constexpr int64_t kInlineBytes = 262'144;
 // While calls wait, a connection that is silent for this long is asked whether it still carries
 // anything. Servers permit it every five seconds.
 constexpr int kPingMilliseconds = 10'000;

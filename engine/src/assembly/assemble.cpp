@@ -121,6 +121,7 @@ class Assembler {
     std::sort(candidates.begin(), candidates.end(),
               [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
     std::vector<int32_t> selected;
+    selected.reserve(candidates.size());
     for (const Candidate& candidate : candidates) selected.push_back(candidate.primitive);
     return selected;
   }

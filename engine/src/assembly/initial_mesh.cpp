@@ -62,7 +62,7 @@ absl::Status RemoveOverlaps(const PrimitiveTable& table, const RunContext& conte
                             OpenFaces* open_faces, ConflictFinder* conflicts) {
   const std::vector<int32_t> asked = open_faces->PrimitivesWithOpenFaces();
   std::vector<int32_t> in_conflict;
-  const absl::Status status =
+  absl::Status status =
       CollectFromBlocks(static_cast<int64_t>(asked.size()), kPrimitivesPerBlock, context,
                         &in_conflict, [&](int64_t begin, int64_t end, std::vector<int32_t>* found) {
                           for (int64_t i = begin; i < end; ++i) {

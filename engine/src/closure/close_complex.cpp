@@ -143,7 +143,8 @@ class Closer {
         RemoveLooseCells(&mesh_);
         for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
       }
-      const auto salt = static_cast<uint64_t>(kFillAttempts * round + attempt);
+      const auto salt =
+          uint64_t{kFillAttempts} * static_cast<uint64_t>(round) + static_cast<uint64_t>(attempt);
       for (const FillStep& step : kFillSteps) {
         CarveNetworks(step.carving);
         FillWithStars(kFirstRounds[1]);
@@ -155,7 +156,8 @@ class Closer {
     for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
       if (run_.ShouldStop()) return;
       for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
-      const auto salt = static_cast<uint64_t>(kDelaunayAttempts * round + attempt);
+      const auto salt = uint64_t{kDelaunayAttempts} * static_cast<uint64_t>(round) +
+                        static_cast<uint64_t>(attempt);
       FillLocally(seed_ + salt, kAnyNumber);
       if (attempt < kWholeMeshAttempt) continue;
       const Cavities cavities = CollectCavities(mesh_);

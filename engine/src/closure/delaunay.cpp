@@ -100,14 +100,15 @@ class Triangulator {
     for (const Vec3d& p : points) box.Extend(p);
     const Vec3d extent = points.empty() ? Vec3d{1, 1, 1} : box.Extent();
     const double size = std::max({extent.x, extent.y, extent.z, 1e-300});
-    const double scale = (double{1 << kLatticeBits} - 4 * kJitter) / size;
+    const double scale = (double{1 << kLatticeBits} - 4.0 * kJitter) / size;
     lattice_.resize(points.size());
     std::vector<std::pair<uint64_t, int32_t>> keyed(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
       const auto coordinate = [&](int axis) {
         const uint64_t noise = Hash(Hash(seed) ^ (3 * i + static_cast<uint64_t>(axis)));
         const auto jitter = static_cast<int64_t>(noise % (2 * kJitter + 1)) - kJitter;
-        return std::llround((points[i][axis] - box.low[axis]) * scale) + 2 * kJitter + jitter;
+        return std::llround((points[i][axis] - box.low[axis]) * scale) + int64_t{2} * kJitter +
+               jitter;
       };
       lattice_[i] = {coordinate(0), coordinate(1), coordinate(2)};
       keyed[i] = {MortonKey(lattice_[i]), static_cast<int32_t>(i)};

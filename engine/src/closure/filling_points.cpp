@@ -236,7 +236,8 @@ class PointAdder {
     constexpr double kStep = 0.5;
     for (const Vec3d& centre : open_centres_) {
       for (int k = 0; k < 27; ++k) {
-        const Vec3d offset = Vec3d{double(k % 3 - 1), double(k / 3 % 3 - 1), double(k / 9 - 1)};
+        const int x = k % 3, y = k / 3 % 3, z = k / 9;
+        const Vec3d offset{x - 1.0, y - 1.0, z - 1.0};
         // Snapped to a lattice so that neighbouring faces propose the same points.
         Vec3d p = centre + offset;
         for (int axis = 0; axis < 3; ++axis) p[axis] = std::round(p[axis] / kStep) * kStep;

@@ -168,6 +168,7 @@ class Improver {
     }
     std::sort(counted.begin(), counted.end());
     std::vector<std::pair<int, int>> result;
+    result.reserve(counted.size());
     for (const auto& [count, a, b] : counted) result.emplace_back(a, b);
     return result;
   }

@@ -12,43 +12,57 @@ bool Contains(const std::vector<int>& sorted, int value) {
   return std::binary_search(sorted.begin(), sorted.end(), value);
 }
 
+enum class CellSides {
+  kSettled,
+  kGrown,    // by a cavity
+  kUnknown,  // one was opened since the cavities were collected
+};
+
+// Adds the sides of the region's cells to its walls and faces on the hull, and the cavities that
+// they are open to to the region.
+CellSides AddCellSides(const WorkingMesh& mesh, const Cavities& cavities, Region* region) {
+  CellSides result = CellSides::kSettled;
+  for (const int cell : region->cells) {
+    const CellFaces faces = FacesOf(mesh.corners(cell));
+    for (int i = 0; i < faces.count; ++i) {
+      const int half = mesh.half_faces(cell)[i];
+      const int32_t behind = mesh.owner(half ^ 1);
+      if (behind >= 0) {
+        if (!Contains(region->cells, behind)) region->walls.push_back(Reversed(faces.face[i]));
+        continue;
+      }
+      if (behind == WorkingMesh::kHull) {
+        region->hull_faces.push_back(Reversed(faces.face[i]));
+        continue;
+      }
+      const int cavity = cavities.Of(half);
+      if (cavity < 0) return CellSides::kUnknown;
+      if (Contains(region->cavities, cavity)) continue;
+      region->cavities.insert(
+          std::lower_bound(region->cavities.begin(), region->cavities.end(), cavity), cavity);
+      result = CellSides::kGrown;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_walls,
                   Region* region) {
-  bool grown = true;
-  while (grown) {
-    grown = false;
+  CellSides sides = CellSides::kSettled;
+  do {
     region->walls.clear();
     region->hull_faces.clear();
-    for (const int cell : region->cells) {
-      const CellFaces faces = FacesOf(mesh.corners(cell));
-      for (int i = 0; i < faces.count; ++i) {
-        const CellFace& face = faces.face[i];
-        const int half = mesh.half_faces(cell)[i];
-        const int32_t behind = mesh.owner(half ^ 1);
-        if (behind >= 0) {
-          if (!Contains(region->cells, behind)) region->walls.push_back(Reversed(face));
-        } else if (behind == WorkingMesh::kHull) {
-          region->hull_faces.push_back(Reversed(face));
-        } else {
-          const int cavity = cavities.Of(half);
-          if (cavity < 0) return false;  // opened since the cavities were collected
-          if (!Contains(region->cavities, cavity)) {
-            region->cavities.insert(
-                std::lower_bound(region->cavities.begin(), region->cavities.end(), cavity), cavity);
-            grown = true;
-          }
-        }
-      }
-    }
+    sides = AddCellSides(mesh, cavities, region);
+    if (sides == CellSides::kUnknown) return false;
     for (const int cavity : region->cavities) {
       for (const CellFace& face : cavities.faces[cavity]) {
         if (!Contains(region->cells, mesh.Owner(face))) region->walls.push_back(face);
       }
     }
     if (region->walls.size() > max_walls) return false;
-  }
+  } while (sides == CellSides::kGrown);
   return true;
 }
 

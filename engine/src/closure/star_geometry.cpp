@@ -22,7 +22,7 @@ constexpr double kTinyLength = 1e-30;  // edge lengths cubed
 
 // The six axis directions and the eight diagonals.
 const std::array<Vec3d, 14>& SearchDirections() {
-  static const std::array<Vec3d, 14> directions = [] {
+  static const std::array<Vec3d, 14> kDirections = [] {
     std::array<Vec3d, 14> d{};
     for (int i = 0; i < 6; ++i) d[i][i / 2] = i % 2 == 0 ? 1.0 : -1.0;
     for (int i = 0; i < 8; ++i) {
@@ -30,7 +30,7 @@ const std::array<Vec3d, 14>& SearchDirections() {
     }
     return d;
   }();
-  return directions;
+  return kDirections;
 }
 
 double CornerQuality(const Vec3d& next, const Vec3d& previous, const Vec3d& apex) {

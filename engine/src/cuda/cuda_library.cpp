@@ -33,7 +33,9 @@ struct CudaLibrary {
 // AMHEX_CUDA_LIBRARY names the file; otherwise it lies beside the program, in the lib folder of
 // the same prefix, in the engine's build folder, or where the loader looks.
 std::vector<std::string> PossiblePaths() {
-  if (const char* named = std::getenv("AMHEX_CUDA_LIBRARY")) return {named};
+  // No thread of these programs changes the environment.
+  const char* named = std::getenv("AMHEX_CUDA_LIBRARY");  // NOLINT(concurrency-mt-unsafe)
+  if (named != nullptr) return {named};
   std::vector<std::string> paths;
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -63,7 +65,8 @@ absl::StatusOr<CudaLibrary> OpenLibrary() {
   for (const std::string& path : PossiblePaths()) {
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
-      reason.Update(WhyNotOpened(path, dlerror()));
+      // glibc keeps it per thread.
+      reason.Update(WhyNotOpened(path, dlerror()));  // NOLINT(concurrency-mt-unsafe)
       continue;
     }
     CudaLibrary library;
@@ -79,8 +82,8 @@ absl::StatusOr<CudaLibrary> OpenLibrary() {
 }
 
 const absl::StatusOr<CudaLibrary>& Library() {
-  static const absl::StatusOr<CudaLibrary> library = OpenLibrary();
-  return library;
+  static const absl::StatusOr<CudaLibrary> kLibrary = OpenLibrary();
+  return kLibrary;
 }
 
 struct CudaDevice {
@@ -100,8 +103,8 @@ absl::StatusOr<CudaDevice> AskForDevice() {
 }
 
 const absl::StatusOr<CudaDevice>& Device() {
-  static const absl::StatusOr<CudaDevice> device = AskForDevice();
-  return device;
+  static const absl::StatusOr<CudaDevice> kDevice = AskForDevice();
+  return kDevice;
 }
 
 }  // namespace

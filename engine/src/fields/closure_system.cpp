@@ -88,7 +88,7 @@ AMHEX_LANES_INLINE void AdjointOfCube(const NodeSlots& slots, const Weights& wei
   for (int d = 0; d < 3; ++d) {
     const int before = (d + 2) % 3, after = (d + 1) % 3;
     for (int a = 0; a < 3; ++a) {
-      const int64_t at = kCubeSlots * (3 * d + a);
+      const int64_t at = int64_t{kCubeSlots} * (3 * d + a);
       const SlotLanes sum = LoadSlots(curls + at) -
                             LoadSlots(curls + kCubeSlots * (3 * before + a)) +
                             behind[before][0][a] - behind[after][1][a];

@@ -27,8 +27,8 @@ std::array<LaneRotation, kRotationCount> MakeLaneRotations() {
 }  // namespace
 
 const std::array<LaneRotation, kRotationCount>& LaneRotations() {
-  static const std::array<LaneRotation, kRotationCount> rotations = MakeLaneRotations();
-  return rotations;
+  static const std::array<LaneRotation, kRotationCount> kRotations = MakeLaneRotations();
+  return kRotations;
 }
 
 }  // namespace amhex::fields

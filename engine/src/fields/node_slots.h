@@ -46,7 +46,7 @@ class NodeSlots {
   // The numbers of the cube beside `cube` along `axis` in an array of so many per slot; zeros where
   // there is none.
   const float* Beside(Side side, int axis, int64_t cube, const float* array, int unknowns) const {
-    const int64_t other = beside_[cube][static_cast<size_t>(3 * static_cast<int>(side) + axis)];
+    const int64_t other = beside_[cube][3 * static_cast<size_t>(side) + static_cast<size_t>(axis)];
     return other < 0 ? kNothing.data() : array + kCubeSlots * unknowns * other;
   }
 

@@ -55,7 +55,7 @@ class PhaseSystem {
       for (int a = 0; a < 3; ++a) {
         const float value =
             1.0F / (static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_);
-        inverse[6 * i + 2 * a] = inverse[6 * i + 2 * a + 1] = value;
+        inverse[2 * (3 * i + a)] = inverse[2 * (3 * i + a) + 1] = value;
       }
     });
     return inverse;
@@ -311,7 +311,7 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
   ForEach(run, grid.count(), [&](int64_t i) {
     Vec3d p = grid.Position(i);
     for (int a = 0; a < 3; ++a) {
-      const double phase = ArcTangent2(x[6 * i + 2 * a + 1], x[6 * i + 2 * a]) / kFullTurn;
+      const double phase = ArcTangent2(x[2 * (3 * i + a) + 1], x[2 * (3 * i + a)]) / kFullTurn;
       p -= form.steps[i][a] * phase;
     }
     if (const HullConstraints* constraints = grid.fine().ConstraintsOf(i)) {

@@ -63,6 +63,7 @@ class DualSurface {
                       [&](size_t i) { vertices[i] = PlaceVertex(cells_[i].second); });
     TriangleMesh mesh = Connect(vertices);
     std::vector<uint8_t> rank;
+    rank.reserve(vertices.size());
     for (const DualVertex& vertex : vertices) rank.push_back(vertex.rank);
     CollapseShortEdges(kShortestEdge * grid_.spacing, mesh, rank);
     FlipToFeatures(rank, mesh);

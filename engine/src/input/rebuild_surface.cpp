@@ -67,7 +67,7 @@ class VolumeCount {
       : low_(box.low), side_(box.Extent() / kVolumeBlocks), queries_(queries), run_(run) {}
 
   double Count() const {
-    std::vector<int64_t> inside(kVolumeBlocks * kVolumeBlocks * kVolumeBlocks, 0);
+    std::vector<int64_t> inside(size_t{kVolumeBlocks} * kVolumeBlocks * kVolumeBlocks, 0);
     tbb::parallel_for(size_t{0}, inside.size(), [&](size_t i) {
       const size_t x = i % kVolumeBlocks, y = i / kVolumeBlocks % kVolumeBlocks,
                    z = i / kVolumeBlocks / kVolumeBlocks;
@@ -93,7 +93,8 @@ class VolumeCount {
     if (is_sure) return winding > 0.5 ? SmallestIn(halvings) : 0;
     int64_t count = 0;
     for (int i = 0; i < 8; ++i) {
-      const Vec3d step{i % 2 * side.x / 2, i / 2 % 2 * side.y / 2, i / 4 * side.z / 2};
+      const int x = i % 2, y = i / 2 % 2, z = i / 4;
+      const Vec3d step{x * side.x / 2, y * side.y / 2, z * side.z / 2};
       count += CountIn(low + step, side / 2.0, halvings - 1);
     }
     return count;

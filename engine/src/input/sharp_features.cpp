@@ -243,7 +243,8 @@ void LabelPatches(const EdgeAdjacency& adjacency, Hull& hull) {
       const int32_t t = stack.back();
       stack.pop_back();
       for (int corner = 0; corner < 3; ++corner) {
-        const HalfEdgeId opposite = adjacency.opposite[static_cast<size_t>(3 * t + corner)];
+        const HalfEdgeId opposite =
+            adjacency.opposite[3 * static_cast<size_t>(t) + static_cast<size_t>(corner)];
         if (opposite < 0) continue;
         const int32_t other = opposite / 3;
         if (hull.patch[static_cast<size_t>(other)] >= 0) continue;

@@ -51,10 +51,10 @@ struct CubeGrid {
     return (static_cast<int64_t>(z) * count_y + y) * count_x + x;
   }
   Vec3d CentreOf(int64_t index) const {
+    const int64_t row = index / count_x, layer = row / count_y;
     const auto x = static_cast<double>(index % count_x);
-    const auto y = static_cast<double>(index / count_x % count_y);
-    const auto z = static_cast<double>(index / count_x / count_y);
-    return low + Vec3d{x + 0.5, y + 0.5, z + 0.5};
+    const auto y = static_cast<double>(row % count_y);
+    return low + Vec3d{x + 0.5, y + 0.5, static_cast<double>(layer) + 0.5};
   }
 };
 
@@ -139,6 +139,7 @@ std::vector<int32_t> HopsToHull(const std::vector<Vec3d>& position, const HullSa
                                 const CubeGrid& grid) {
   const HullSamples thinned = ThinSamples(samples);
   std::vector<Vec3f> nodes;
+  nodes.reserve(position.size() + thinned.position.size());
   for (const Vec3d& p : position) nodes.push_back(ToFloat(p - grid.low));
   for (const Vec3d& p : thinned.position) nodes.push_back(ToFloat(p - grid.low));
   const auto site_count = static_cast<int64_t>(position.size());

@@ -80,7 +80,7 @@ class NoiseSmoother {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
     const Eigen::Vector3d across = solver.eigenvectors().col(0);
     plane.normal = {across[0], across[1], across[2]};
-    const Eigen::Vector3d spread = solver.eigenvalues();
+    const Eigen::Vector3d& spread = solver.eigenvalues();
     if (spread[1] > 0) plane.flatness = std::sqrt(std::max(0.0, spread[0]) / spread[1]);
     double second = 0, fourth = 0;
     for (size_t k = 0; k < found.size(); ++k) {
@@ -99,7 +99,7 @@ class NoiseSmoother {
   const PointTree tree_;
 };
 
-double MedianOf(std::vector<double> values) {
+double MedianOf(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -117,10 +117,9 @@ int NeighboursNeeded(const NoiseSmoother& smoother, size_t count, const RunConte
       const Plane plane = smoother.PlaneAt(probe * step, neighbours);
       flatness[probe] = plane.flatness, kurtosis[probe] = plane.kurtosis;
     });
-    const double ratio = MedianOf(std::move(flatness));
+    const double ratio = MedianOf(flatness);
     if (ratio > kHardlyFlatRatio) continue;
-    const bool is_noise =
-        neighbours > kFewestNeighbours && MedianOf(std::move(kurtosis)) >= kLeastKurtosis;
+    const bool is_noise = neighbours > kFewestNeighbours && MedianOf(kurtosis) >= kLeastKurtosis;
     if (ratio <= kFlatRatio) return is_noise ? neighbours : 0;
     if (is_noise && hardly_flat == 0) hardly_flat = neighbours;
   }

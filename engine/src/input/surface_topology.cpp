@@ -101,7 +101,8 @@ Components FindComponents(const EdgeAdjacency& adjacency, const StopPoll& poll) 
       stack.pop_back();
       poll.At(t);
       for (int corner = 0; corner < 3; ++corner) {
-        const HalfEdgeId other = adjacency.opposite[static_cast<size_t>(3 * t + corner)];
+        const HalfEdgeId other =
+            adjacency.opposite[3 * static_cast<size_t>(t) + static_cast<size_t>(corner)];
         if (other < 0) continue;
         int32_t& label = components.of_triangle[static_cast<size_t>(other / 3)];
         if (label >= 0) continue;

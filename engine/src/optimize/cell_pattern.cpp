@@ -203,8 +203,8 @@ struct PatternTable {
 };
 
 const PatternTable& Table() {
-  static const PatternTable table;
-  return table;
+  static const PatternTable kTable;
+  return kTable;
 }
 
 }  // namespace

@@ -61,12 +61,12 @@ std::vector<CodedType> AllCodes() {
 }  // namespace
 
 std::optional<PrimitiveType> TypeByPattern(const CellCorners& corners) {
-  static const std::vector<CodedType> codes = AllCodes();
+  static const std::vector<CodedType> kCodes = AllCodes();
   const uint32_t code = EqualityCode(corners);
   const auto found = std::lower_bound(
-      codes.begin(), codes.end(), code,
+      kCodes.begin(), kCodes.end(), code,
       [](const CodedType& entry, uint32_t wanted) { return entry.first < wanted; });
-  if (found == codes.end() || found->first != code) return std::nullopt;
+  if (found == kCodes.end() || found->first != code) return std::nullopt;
   return found->second;
 }
 

@@ -104,9 +104,9 @@ std::vector<SortableCell> SortedCells(const CellComplex& complex,
 
 CellCorners CanonicalCorners(const CellCorners& any_corners) {
   const CellCorners corners = AsListedInFigure2(any_corners);
-  static const std::vector<Turn> turns = AllTurns();
+  static const std::vector<Turn> kTurns = AllTurns();
   std::optional<CellCorners> best;
-  for (const Turn& turn : turns) {
+  for (const Turn& turn : kTurns) {
     CellCorners turned;
     for (int slot = 0; slot < 8; ++slot) turned[slot] = corners[turn[slot]];
     if ((!best.has_value() || turned < *best) && IsListedPattern(turned)) best = turned;

@@ -79,7 +79,7 @@ struct LabelTileBody {
     const bool fits = Gather(search, candidates);
     for (int block = 0; block < kTileBlocks; ++block) {
       int32_t* block_labels =
-          labels.empty() ? nullptr : &labels[index * kTilePoints + block * kBlockPoints];
+          labels.empty() ? nullptr : &labels[index * kTilePoints + int64_t{block} * kBlockPoints];
       if (block_labels != nullptr) {
         for (int p = 0; p < kBlockPoints; ++p) block_labels[p] = kNoOwner;
       }

@@ -153,7 +153,7 @@ int32_t ResolveIterationCount(const RelaxationParams& params) {
   return params.initialization == Initialization::kField ? 0 : kIterationsAfterGrids;
 }
 
-absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, Sites sites,
+absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, const Sites& sites,
                                  const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   try {

@@ -24,7 +24,7 @@ int32_t ResolveIterationCount(const RelaxationParams& params);
 // Errors: INVALID_ARGUMENT (no site inside), FAILED_PRECONDITION (CUDA asked for and not usable,
 // with the reason), RESOURCE_EXHAUSTED, CANCELLED, DEADLINE_EXCEEDED.
 // O(sites * iterations * lattice points per site), parallel; about 0.5 kB per site.
-absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, Sites sites,
+absl::StatusOr<Sites> RelaxSites(const Hull& hull, const HullSamples& samples, const Sites& sites,
                                  const MeshingParams& params, RunContext& run);
 
 }  // namespace amhex

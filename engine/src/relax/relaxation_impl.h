@@ -135,6 +135,7 @@ class Relaxation {
     sample_bins_.Build(ReadOnly(sample_position_.View()),
                        static_cast<int64_t>(task_.sample_position.size()));
     std::vector<double> weights;
+    weights.reserve(task_.iteration_count);
     for (int32_t i = 0; i < task_.iteration_count; ++i) {
       weights.push_back(task_.regularity_weight *
                         RegularityWeight(static_cast<double>(i) / task_.iteration_count));

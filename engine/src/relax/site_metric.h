@@ -84,9 +84,10 @@ struct SiteMetricBody {
     result.z = p.z;
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3f row = AxisOf(orientation[site], axis) / size[site][axis];
-      result.row[3 * axis] = row.x;
-      result.row[3 * axis + 1] = row.y;
-      result.row[3 * axis + 2] = row.z;
+      const int first = 3 * axis;
+      result.row[first] = row.x;
+      result.row[first + 1] = row.y;
+      result.row[first + 2] = row.z;
       result.reach[axis] = AbsoluteValue(row.x) + AbsoluteValue(row.y) + AbsoluteValue(row.z);
     }
     result.size = Larger(size[site].x, Larger(size[site].y, size[site].z));
