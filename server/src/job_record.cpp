@@ -11,6 +11,15 @@ namespace {
 using amhex::v1::Job;
 
 constexpr absl::Duration kFullQueueRetryDelay = absl::Seconds(5);
+// Of a job's tag and size within a message.
+constexpr int64_t kJobFieldBytes = 1 + 5;
+
+bool HasLabels(const Job& job, const std::map<std::string, std::string>& labels) {
+  return std::all_of(labels.begin(), labels.end(), [&job](const auto& label) {
+    const auto found = job.labels().find(label.first);
+    return found != job.labels().end() && found->second == label.second;
+  });
+}
 
 }  // namespace
 
@@ -83,11 +92,19 @@ FinalOutcome SharedOutcome(const Job& details) {
   return outcome;
 }
 
-bool HasLabels(const Job& job, const std::map<std::string, std::string>& labels) {
-  return std::all_of(labels.begin(), labels.end(), [&job](const auto& label) {
-    const auto found = job.labels().find(label.first);
-    return found != job.labels().end() && found->second == label.second;
-  });
+bool JobPageMaker::Show(Job job, int64_t number) {
+  if (HasLabels(job, query_.labels)) {
+    const auto bytes = static_cast<int64_t>(job.ByteSizeLong()) + kJobFieldBytes;
+    const bool fits = bytes_ + bytes <= query_.page_bytes || page_.jobs.empty();
+    if (!fits || static_cast<int>(page_.jobs.size()) >= query_.page_size) {
+      page_.next_before_number = before_;
+      return false;
+    }
+    bytes_ += bytes;
+    page_.jobs.push_back(std::move(job));
+  }
+  before_ = number;
+  return true;
 }
 
 }  // namespace amhex::server

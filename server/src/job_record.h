@@ -1,8 +1,9 @@
 // What job stores and manager share: errors, outcomes, and what is kept of these.
 #pragma once
 
-#include <map>
+#include <cstdint>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "job_store.h"
@@ -29,6 +30,27 @@ std::string OutcomeBytes(const FinalOutcome& outcome);
 // The outcome of a job that gets the result of another one.
 FinalOutcome SharedOutcome(const amhex::v1::Job& details);
 
-bool HasLabels(const amhex::v1::Job& job, const std::map<std::string, std::string>& labels);
+// A store is read so many rows at a time for a page, which may come from many more of them: others
+// have their turn in between.
+inline constexpr int kListRows = 1000;
+
+// Fills a page with those of the jobs it is shown, newest first, that are asked for.
+class JobPageMaker {
+ public:
+  // `query` must stay.
+  explicit JobPageMaker(const JobQuery* query) : query_(*query), before_(query->before_number) {}
+
+  // False if the page is full and ends before this job.
+  bool Show(amhex::v1::Job job, int64_t number);
+  // Where to read on.
+  int64_t before() const { return before_; }
+  JobPage Take() { return std::move(page_); }
+
+ private:
+  const JobQuery& query_;
+  int64_t before_;
+  int64_t bytes_ = 0;
+  JobPage page_;
+};
 
 }  // namespace amhex::server

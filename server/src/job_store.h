@@ -82,6 +82,8 @@ struct FinalOutcome {
 struct JobQuery {
   std::optional<std::string> tenant;  // absent: of all tenants
   int page_size = 0;
+  // Of the jobs of a page as they are sent; a page has one job, however large.
+  int64_t page_bytes = std::numeric_limits<int64_t>::max();
   int64_t before_number = 0;  // only older jobs; 0: from the newest
   std::vector<amhex::v1::Job::State> states;
   std::map<std::string, std::string> labels;

@@ -18,7 +18,6 @@ using amhex::v1::Job;
 
 // Clocks that agree this well are taken as one; leases are much longer.
 constexpr absl::Duration kNegligibleSkew = absl::Milliseconds(50);
-constexpr int kListPageRows = 1000;
 constexpr absl::Duration kListenInterval = absl::Milliseconds(200);
 constexpr absl::Duration kListenRetryPause = absl::Milliseconds(500);
 
@@ -134,11 +133,10 @@ absl::StatusOr<Job> PostgresJobStore::Get(const std::string& id) {
 // Labels are compared here, not in the database: they are rarely asked for, and a page of rows is
 // read at a time.
 absl::StatusOr<JobPage> PostgresJobStore::List(const JobQuery& query) {
-  JobPage page;
-  int64_t before = query.before_number;
+  JobPageMaker maker(&query);
   while (true) {
     PostgresValues values;
-    values.Int(before).Text(StateArray(query.states)).Int(kListPageRows);
+    values.Int(maker.before()).Text(StateArray(query.states)).Int(kListRows);
     if (query.tenant) values.Text(*query.tenant);
     std::vector<PostgresJob> read;
     const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
@@ -155,16 +153,9 @@ absl::StatusOr<JobPage> PostgresJobStore::List(const JobQuery& query) {
     });
     if (!status.ok()) return status;
     for (PostgresJob& row : read) {
-      if (!HasLabels(row.job, query.labels)) continue;
-      if (static_cast<int>(page.jobs.size()) == query.page_size) {
-        page.next_before_number = before;
-        return page;
-      }
-      before = row.number;
-      page.jobs.push_back(std::move(row.job));
+      if (!maker.Show(std::move(row.job), row.number)) return maker.Take();
     }
-    if (read.size() < kListPageRows) return page;
-    before = read.back().number;
+    if (read.size() < kListRows) return maker.Take();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <set>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr absl::Duration kMaxWatchInterval = absl::Seconds(10);
 constexpr size_t kFilterDigits = 16;  // of the filters' digest, in a page token
+constexpr int64_t kTokenBytes = 64;   // of a page token, at most: 16 and 19 digits in base 64
 
 std::string Range(int64_t low, int64_t high, int64_t got) {
   return "must be in [" + std::to_string(low) + ", " + std::to_string(high) + "], got " +
@@ -98,12 +100,13 @@ void CheckLabels(const amhex::v1::SubmitJobRequest& request, const Limits& limit
 
 // A digest of what selects the jobs; the page's size may change between pages.
 std::string FilterDigest(const amhex::v1::ListJobsRequest& request) {
-  std::vector<std::string> parts;
-  for (const int state : request.states()) parts.push_back(absl::StrCat("s", state));
+  // A message can name a state millions of times.
+  const std::set<int> states(request.states().begin(), request.states().end());
+  std::set<std::string> parts;
+  for (const int state : states) parts.insert(absl::StrCat("s", state));
   for (const auto& [key, value] : request.labels()) {
-    parts.push_back(absl::StrCat("l", key.size(), ":", key, value));
+    parts.insert(absl::StrCat("l", key.size(), ":", key, value));
   }
-  std::sort(parts.begin(), parts.end());
   std::string all;
   for (const std::string& part : parts) absl::StrAppend(&all, part.size(), ":", part);
   return Sha256Hex(all).substr(0, kFilterDigits);
@@ -255,6 +258,7 @@ absl::StatusOr<JobQuery> CheckList(const amhex::v1::ListJobsRequest& request,
   JobQuery query;
   query.page_size = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
   query.page_size = std::min(query.page_size, limits.max_page_size);
+  query.page_bytes = limits.max_message_bytes - kTokenBytes;
   if (request.page_size() < 0) bad.Add("page_size", "must not be negative");
   if (!request.page_token().empty()) {
     query.before_number = ReadPageToken(request);
@@ -265,7 +269,7 @@ absl::StatusOr<JobQuery> CheckList(const amhex::v1::ListJobsRequest& request,
   for (const int state : request.states()) {
     if (!amhex::v1::Job::State_IsValid(state) || state == amhex::v1::Job::STATE_UNSPECIFIED) {
       bad.Add("states", std::to_string(state) + " is no known state");
-    } else {
+    } else if (std::count(query.states.begin(), query.states.end(), state) == 0) {
       query.states.push_back(static_cast<amhex::v1::Job::State>(state));
     }
   }

@@ -176,29 +176,29 @@ absl::StatusOr<Job> SqliteJobStore::Get(const std::string& id) {
 }
 
 absl::StatusOr<JobPage> SqliteJobStore::List(const JobQuery& query) {
-  std::lock_guard<std::mutex> lock(mutex_);
+  JobPageMaker maker(&query);
+  bool is_more = true;
+  while (is_more) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    AMHEX_ASSIGN_OR_RETURN(is_more, ShowRowsLocked(query, &maker));
+  }
+  return maker.Take();
+}
+
+absl::StatusOr<bool> SqliteJobStore::ShowRowsLocked(const JobQuery& query, JobPageMaker* maker) {
   std::string where = "WHERE (? = 0 OR number < ?)";
   if (query.tenant) where += " AND tenant = ?";
   if (!query.states.empty()) where += " AND state IN (" + StateList(query.states) + ")";
   AMHEX_ASSIGN_OR_RETURN(
-      auto select, database_->Prepare(std::string(kSelectJob) + where + " ORDER BY number DESC"));
-  select.Int(query.before_number).Int(query.before_number);
+      auto select, database_->Prepare(std::string(kSelectJob) + where +
+                                      " ORDER BY number DESC LIMIT " + std::to_string(kListRows)));
+  select.Int(maker->before()).Int(maker->before());
   if (query.tenant) select.Text(*query.tenant);
-  JobPage page;
-  int64_t last_number = 0;
-  while (true) {
+  for (int row = 0; row < kListRows; ++row) {
     AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row) break;
-    Job job = ReadJobColumns(select);
-    if (!HasLabels(job, query.labels)) continue;
-    if (static_cast<int>(page.jobs.size()) == query.page_size) {
-      page.next_before_number = last_number;
-      break;
-    }
-    last_number = select.IntColumn(kNumber);
-    page.jobs.push_back(std::move(job));
+    if (!has_row || !maker->Show(ReadJobColumns(select), select.IntColumn(kNumber))) return false;
   }
-  return page;
+  return true;
 }
 
 absl::StatusOr<Job> SqliteJobStore::RequestCancel(const std::string& id,

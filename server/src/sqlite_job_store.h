@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "job_record.h"
 #include "job_store.h"
 #include "sqlite.h"
 
@@ -68,6 +69,8 @@ class SqliteJobStore : public JobStore {
 
   absl::Status BringSchemaUpToDate();
   absl::StatusOr<amhex::v1::Job> GetLocked(const std::string& id);
+  // False if the page has all it can have.
+  absl::StatusOr<bool> ShowRowsLocked(const JobQuery& query, JobPageMaker* maker);
   absl::StatusOr<std::vector<std::string>> IdsLocked(SqliteStatement* select);
   // Makes a job final where `condition` (on the columns) still holds; false if it does not.
   absl::StatusOr<bool> EndLocked(const std::string& id, const std::string& condition,

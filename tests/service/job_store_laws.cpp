@@ -1,8 +1,13 @@
 // The laws of a durable queue; see job_store_laws.h.
 #include "job_store_laws.h"
 
+#include <algorithm>
+#include <map>
+#include <set>
+
 #include "errors.h"
 #include "job_id.h"
+#include "job_record.h"
 
 namespace amhex::server {
 namespace {
@@ -231,6 +236,46 @@ TEST_P(JobStoreLaws, PagesListEveryJobOnceNewestFirst) {
   } while (query.before_number != 0);
   std::reverse(ids.begin(), ids.end());
   EXPECT_EQ(listed, ids);
+}
+
+TEST_P(JobStoreLaws, PagesEndWhereTheirBytesDoAndHaveOneJobAtLeast) {
+  for (int i = 0; i < 5; ++i) {
+    NewJob large = Make();
+    (*large.job.mutable_labels())["note"] = std::string(1000, 'x');
+    Submit(large);
+  }
+  JobQuery query;
+  query.page_size = 10;
+  for (const auto& [bytes, jobs] : std::map<int64_t, size_t>{{10, 1}, {2999, 2}, {10000, 5}}) {
+    query.page_bytes = bytes;
+    query.before_number = 0;
+    std::set<std::string> listed;
+    do {
+      const auto page = store_->List(query);
+      ASSERT_TRUE(page.ok());
+      EXPECT_EQ(page->jobs.size(), std::min(jobs, 5 - listed.size())) << bytes;
+      for (const Job& job : page->jobs) EXPECT_TRUE(listed.insert(job.name()).second);
+      query.before_number = page->next_before_number;
+    } while (query.before_number != 0);
+    EXPECT_EQ(listed.size(), 5u) << bytes;
+  }
+}
+
+TEST_P(JobStoreLaws, ListFindsAJobBehindManyThatDoNotMatch) {
+  NewJob red = Make();
+  (*red.job.mutable_labels())["colour"] = "red";
+  const std::string id = Submit(red);
+  for (int i = 0; i < kListRows; ++i) {
+    ASSERT_TRUE(store_->Submit(Make(), 2 * kListRows, now_).ok());
+  }
+  JobQuery query;
+  query.page_size = 1;
+  query.labels = {{"colour", "red"}};
+  const auto page = store_->List(query);
+  ASSERT_TRUE(page.ok());
+  ASSERT_EQ(page->jobs.size(), 1u);
+  EXPECT_EQ(page->jobs[0].name(), JobName(id));
+  EXPECT_EQ(page->next_before_number, 0);
 }
 
 TEST_P(JobStoreLaws, ListKeepsOnlyMatchingStatesAndLabels) {

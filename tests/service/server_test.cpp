@@ -329,29 +329,6 @@ TEST_F(ServerTest, FindMissingNamesOnlyWhatIsMissing) {
   EXPECT_EQ(response.missing_blobs(0).sha256(), RefOf("absent").sha256());
 }
 
-TEST_F(ServerTest, PagesCoverAllJobsAndTokensAreBoundToTheirFilters) {
-  for (int i = 0; i < 5; ++i) SubmitScript("succeed mesh;");
-  amhex::v1::ListJobsRequest request;
-  request.set_page_size(2);
-  size_t count = 0;
-  std::string some_token;
-  do {
-    grpc::ClientContext context;
-    amhex::v1::ListJobsResponse response;
-    ASSERT_TRUE(mesher_->ListJobs(&context, request, &response).ok());
-    count += static_cast<size_t>(response.jobs_size());
-    request.set_page_token(response.next_page_token());
-    if (!response.next_page_token().empty()) some_token = response.next_page_token();
-  } while (!request.page_token().empty());
-  EXPECT_EQ(count, 5u);
-  request.set_page_token(some_token);
-  request.add_states(Job::QUEUED);
-  grpc::ClientContext context;
-  amhex::v1::ListJobsResponse response;
-  EXPECT_EQ(mesher_->ListJobs(&context, request, &response).error_code(),
-            grpc::StatusCode::INVALID_ARGUMENT);
-}
-
 TEST_F(ServerTest, CapabilitiesTellLimitsAndWorkers) {
   amhex::v1::Capabilities capabilities;
   ASSERT_TRUE(Eventually([&] {
