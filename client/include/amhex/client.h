@@ -65,11 +65,12 @@ struct Security {
 struct ClientOptions {
   std::string address;  // "host:port" or "unix:/path"
   Security security = {};
-  // How long a call keeps trying while the server cannot be reached or is busy; the time starts
-  // anew with every byte moved and every frame seen.
+  // How long a call keeps trying while the server cannot be reached or is busy, from the first
+  // failure on; the time starts anew with every byte moved and every frame seen.
   absl::Duration patience = absl::Seconds(60);
   // A watch on which nothing comes for so long is begun anew where it was; servers send a frame at
-  // least every 15 s. A transfer is after four times as long, for a chunk on a slow line.
+  // least every 15 s. A transfer is after four times as long, for a chunk on a slow line. Time in
+  // which the client's process stood still does not count.
   absl::Duration longest_silence = absl::Seconds(45);
   // Ends calls early if set; must outlive the client.
   Interrupt* interrupt = nullptr;

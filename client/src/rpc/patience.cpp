@@ -18,11 +18,12 @@ bool Patience::ShouldRetry(const absl::Status& failure) {
   // Clients that failed together are not to come back together.
   constexpr double kMostSpread = 1.5;
   if (!MayPass(failure)) return false;
+  if (!deadline_) deadline_ = absl::Now() + total_;
   const absl::Duration least = std::max(next_wait_, RetryDelayOf(failure).value_or(next_wait_));
   const double spread = std::uniform_real_distribution<double>(1.0, kMostSpread)(random_);
   const absl::Time until = absl::Now() + spread * least;
   next_wait_ = std::min(kLongestWait, 2 * next_wait_);
-  if (until > deadline_) return false;
+  if (until > *deadline_) return false;
   while (absl::Now() < until) {
     if (interrupt_ != nullptr && interrupt_->requested()) return false;
     absl::SleepFor(kSlice);
@@ -31,7 +32,7 @@ bool Patience::ShouldRetry(const absl::Status& failure) {
 }
 
 void Patience::Renew() {
-  deadline_ = absl::Now() + total_;
+  deadline_.reset();
   next_wait_ = kFirstWait;
 }
 

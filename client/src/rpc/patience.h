@@ -1,6 +1,7 @@
 // How long and how often a call that cannot get through is repeated.
 #pragma once
 
+#include <optional>
 #include <random>
 
 #include "absl/status/status.h"
@@ -14,22 +15,23 @@ class Patience {
  public:
   // `interrupt` may be null.
   Patience(absl::Duration total, const Interrupt* interrupt)
-      : total_(total), deadline_(absl::Now() + total), interrupt_(interrupt) {}
+      : total_(total), interrupt_(interrupt) {}
 
   // Whether a failure may pass: UNAVAILABLE, ABORTED, calls that the server cut off or had no room
   // for, and errors that come with a retry delay.
   bool MayPass(const absl::Status& failure) const;
 
-  // After a failure: waits and says whether to try again. False if it cannot pass, once the time is
-  // up or the call interrupted.
+  // After a failure: waits and says whether to try again. False if it cannot pass, once the time
+  // since the first failure is up or the call interrupted.
   bool ShouldRetry(const absl::Status& failure);
 
-  // Something got through: the time starts anew.
+  // Something got through: the next failure is the first one.
   void Renew();
 
  private:
   absl::Duration total_;
-  absl::Time deadline_;
+  // From the first failure on: a process that was suspended meanwhile still gets its time to try.
+  std::optional<absl::Time> deadline_;
   absl::Duration next_wait_ = kFirstWait;
   const Interrupt* interrupt_;
   std::minstd_rand random_{std::random_device()()};

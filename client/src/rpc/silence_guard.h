@@ -3,6 +3,7 @@
 
 #include <grpcpp/client_context.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -18,14 +19,15 @@ namespace amhex::client {
 inline constexpr int kTransferSilenceFactor = 4;
 
 // While it lives, cancels the call if Renew is not called for `longest`. A server that answers
-// pings may still have forgotten a call; only who knows how often something must come can tell. The
-// call's context must outlive it.
+// pings may still have forgotten a call; only who knows how often something must come can tell.
+// Only time in which this process runs counts: one that was suspended from a terminal for minutes
+// has missed nothing that does not wait for it. The call's context must outlive it.
 class SilenceGuard {
  public:
   SilenceGuard(grpc::ClientContext* context, absl::Duration longest)
       : context_(context),
         longest_(absl::ToChronoMilliseconds(longest)),
-        end_(Clock::now() + longest_),
+        step_(std::min<Clock::duration>(kLongestStep, longest_ / kStepsAtLeast)),
         thread_([this] { Wait(); }) {}
   ~SilenceGuard() {
     {
@@ -41,7 +43,7 @@ class SilenceGuard {
   // Something has come, or gone out.
   void Renew() {
     const std::lock_guard lock(mutex_);
-    end_ = Clock::now() + longest_;
+    silent_ = -step_;  // the one under way will count as a whole
   }
 
   // How the call ended, whose status was `status`: UNAVAILABLE, worth another try, where this guard
@@ -55,24 +57,30 @@ class SilenceGuard {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kLongestStep{1};
+  static constexpr int kStepsAtLeast = 8;
 
   void Wait() {
     std::unique_lock lock(mutex_);
     while (!done_) {
-      if (Clock::now() >= end_) {
+      if (silent_ >= longest_) {
         has_cancelled_ = true;
         context_->TryCancel();
         return;
       }
-      changed_.wait_until(lock, end_);
+      const Clock::time_point start = Clock::now();
+      changed_.wait_for(lock, step_);
+      // A step that took far longer is one in which this process stood still.
+      silent_ += std::min<Clock::duration>(Clock::now() - start, 2 * step_);
     }
   }
 
   grpc::ClientContext* const context_;
   const std::chrono::milliseconds longest_;
+  const Clock::duration step_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  Clock::time_point end_;
+  Clock::duration silent_{0};
   bool done_ = false;
   bool has_cancelled_ = false;
   std::thread thread_;  // last: it uses the others
