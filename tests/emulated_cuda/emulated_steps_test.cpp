@@ -206,7 +206,7 @@ TEST_F(EmulatedSteps, AHierarchyThatWasBuiltOnTheDeviceIsThereAlready) {
   auto device = DeviceUse::Choose(Backend::kCuda);
   ASSERT_TRUE(device.ok()) << device.status();
   const HullQueries queries(sphere.vertices, sphere.triangles, {}, &*device);
-  EXPECT_EQ(controls().uploads, 2);
+  EXPECT_EQ(controls().uploads, 1);
   const HullAsker asker(queries, &*device, {});
   const HullQueries on_host(sphere.vertices, sphere.triangles);
   const HullAsker host_asker(on_host, nullptr, {});
@@ -214,7 +214,7 @@ TEST_F(EmulatedSteps, AHierarchyThatWasBuiltOnTheDeviceIsThereAlready) {
   const auto there = asker.Ask(question), here = host_asker.Ask(question);
   ASSERT_TRUE(there.ok()) << there.status();
   EXPECT_EQ(*here, *there);
-  EXPECT_EQ(controls().uploads, 3);
+  EXPECT_EQ(controls().uploads, 2);
 }
 
 // What only the device asks stays there; whoever asks on the host gets what the host would build.
@@ -349,7 +349,7 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForPlacingAsEstimatedAndLeavesAllAsItWasW
       estimate = Announced((box.*step)(run));
       EXPECT_EQ(box.complex.vertices, before);
     }
-    for (const int64_t call : {20, 60, 90}) {
+    for (const int64_t call : {20, 60}) {
       device_->Restart();
       ShakenBox box(&*device);
       controls().failing_call = call;

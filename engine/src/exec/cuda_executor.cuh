@@ -20,30 +20,12 @@
 #include <utility>
 
 #include "base/platform.h"
+#include "exec/cuda_kernels.cuh"
 #include "exec/cuda_lane.cuh"
 #include "exec/cuda_memory.cuh"
 #include "exec/executor.h"
 
 namespace amhex {
-
-// Set from the host while kernels run; read past the caches so that every block sees it.
-__device__ inline bool IsStopSet(const int32_t* stop_flag) {
-  return *static_cast<const volatile int32_t*>(stop_flag) != 0;
-}
-
-// One thread per element.
-template <class Body>
-__global__ void ForEachKernel(int64_t count, Body body, const int32_t* stop_flag) {
-  const int64_t index = static_cast<int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (index < count && !IsStopSet(stop_flag)) body(index);
-}
-
-template <class Body>
-__global__ void ForEachOfKernel(ArrayView<const int64_t> count, Body body,
-                                const int32_t* stop_flag) {
-  const int64_t index = static_cast<int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (index < count[0] && !IsStopSet(stop_flag)) body(index);
-}
 
 // One per task; used from one host thread. Every operation throws CudaError when it fails.
 class CudaExecutor {
@@ -57,6 +39,7 @@ class CudaExecutor {
   // but by asking for an event, at which a pool gives nothing back.
   ~CudaExecutor() {
     scratch_ = {};
+    lane_->DropWhatWaits();
     try {
       if (is_stopped_) {
         lane_->WaitAndClearStopFlag();
@@ -75,17 +58,22 @@ class CudaExecutor {
     return {count == 0 ? nullptr : Allocate(Bytes<T>(count)), count, lane_->stream()};
   }
 
-  // Small arrays are on their way when this returns, out of a copy; for others the host waits.
+  // Small arrays are copied when this returns, and sent together with others before anything that
+  // could read them; for large ones the host waits. Nobody reads what comes after a stop, and those
+  // that it was for need not live until something else is sent.
   template <class T>
   void CopyIn(const T* host, int64_t count, DeviceBuffer<T>& buffer) {
-    if (count == 0) return;
+    if (count == 0 || is_stopped_) return;
     uint8_t* const staged = Stage(Bytes<T>(count));
-    if (staged != nullptr) std::memcpy(staged, host, Bytes<T>(count));
-    const void* const from = staged != nullptr ? static_cast<const void*>(staged) : host;
-    CheckCuda(cudaMemcpyAsync(buffer.View().data, from, Bytes<T>(count), cudaMemcpyHostToDevice,
+    if (staged != nullptr) {
+      std::memcpy(staged, host, Bytes<T>(count));
+      lane_->SendLater(staged, Bytes<T>(count), buffer.View().data);
+      return;
+    }
+    CheckCuda(cudaMemcpyAsync(buffer.View().data, host, Bytes<T>(count), cudaMemcpyHostToDevice,
                               lane_->BusyStream()),
               "copy to the device");
-    if (staged == nullptr) Synchronize();
+    Synchronize();
   }
 
   template <class T>
@@ -101,12 +89,14 @@ class CudaExecutor {
   void CopyOutLater(const DeviceBuffer<T>& buffer, int64_t count, T* host) {
     if (count == 0) return;
     uint8_t* const staged = Stage(Bytes<T>(count));
-    if (staged == nullptr) Synchronize();
-    void* const to = staged != nullptr ? static_cast<void*>(staged) : host;
-    CheckCuda(cudaMemcpyAsync(to, buffer.View().data, Bytes<T>(count), cudaMemcpyDeviceToHost,
+    if (staged != nullptr) {
+      lane_->FetchLater(buffer.View().data, staged, Bytes<T>(count), host);
+      return;
+    }
+    Synchronize();
+    CheckCuda(cudaMemcpyAsync(host, buffer.View().data, Bytes<T>(count), cudaMemcpyDeviceToHost,
                               lane_->BusyStream()),
               "copy from the device");
-    if (staged != nullptr) lane_->DeliverLater(staged, Bytes<T>(count), host);
   }
 
   template <class Body>
@@ -124,13 +114,13 @@ class CudaExecutor {
            body, stop_flag());
   }
 
+  // The device writes the one number to the pinned memory itself.
   template <class Body>
   int64_t Reduce(const char* description, int64_t count, const Body& body) {
-    DeviceBuffer<int64_t> total = Alloc<int64_t>(1);
-    ReduceInto(description, count, body, total.View());
-    int64_t host_total = 0;
-    CopyOut(total, 1, &host_total);
-    return host_total;
+    auto* const total = reinterpret_cast<int64_t*>(Stage(sizeof(int64_t)));
+    ReduceInto(description, count, body, {total, 1});
+    Synchronize();
+    return *total;
   }
 
   template <class Body>
@@ -183,13 +173,13 @@ class CudaExecutor {
     const int32_t called = count < 2 * kStepsPerGraph ? count : kStepsPerGraph + count % 2;
     Pipeline pipeline(*this, state);
     for (int32_t i = 0; i < called && pipeline.GoesOn(); ++i) {
-      pipeline.Enqueue(1, observer, [&] { pipeline.TakeStep(0, step); });
+      pipeline.Enqueue(1, observer, [&] { pipeline.TakeStep(step); });
     }
     CudaGraph graph;
     for (int32_t i = called; i < count && pipeline.GoesOn(); i += kStepsPerGraph) {
       if (i == called) {
         graph.Capture(lane_->BusyStream(), [&] {
-          for (int s = 0; s < kStepsPerGraph; ++s) pipeline.TakeStep(s, step);
+          for (int s = 0; s < kStepsPerGraph; ++s) pipeline.TakeStep(step);
         });
       }
       pipeline.Enqueue(kStepsPerGraph, observer, [&] { graph.Launch(lane_->BusyStream()); });
@@ -202,7 +192,7 @@ class CudaExecutor {
     try {
       WaitFor(lane_->RecordEnd());
     } catch (const CudaError&) {
-      lane_->DropArrivals();  // others may use the lane after whoever wanted them has gone
+      lane_->DropWhatWaits();  // others may use the lane after whoever wanted them has gone
       throw;
     }
     lane_->SetIdle(true);
@@ -236,14 +226,19 @@ class CudaExecutor {
   // Some 1 % of the shortest batch of iterations that is worth a device.
   static constexpr std::chrono::microseconds kWaitInterval{50};
 
-  // Batches of steps under way, at most two, and the states after each of their steps.
+  // Batches of steps under way, at most two, and the states after each of their steps, which the
+  // device writes to pinned memory.
   class Pipeline {
    public:
     Pipeline(CudaExecutor& executor, const DeviceBuffer<int64_t>& state)
         : executor_(executor),
           state_(state),
-          history_(executor.Alloc<int64_t>(state.size() * kStepsPerGraph)),
-          host_(executor.lane_->States(2 * history_.size())) {}
+          reports_made_(executor.Alloc<int64_t>(1)),
+          reports_(executor.lane_->States(kReportsKept * state.size())) {
+      CheckCuda(cudaMemsetAsync(reports_made_.View().data, 0, sizeof(int64_t),
+                                executor.lane_->BusyStream()),
+                "begin to report");
+    }
     // The device writes to the pinned memory until it is done.
     ~Pipeline() {
       if (is_under_way_) cudaStreamSynchronize(executor_.lane_->stream());
@@ -252,13 +247,11 @@ class CudaExecutor {
     Pipeline& operator=(const Pipeline&) = delete;
 
     template <class Step>
-    void TakeStep(int place, const Step& step) {
+    void TakeStep(const Step& step) {
       step();
       if (state_.size() == 0) return;
-      CheckCuda(cudaMemcpyAsync(history_.View().data + place * state_.size(), state_.View().data,
-                                Bytes<int64_t>(state_.size()), cudaMemcpyDeviceToDevice,
-                                executor_.lane_->BusyStream()),
-                "keep the state");
+      executor_.Launch("report the state", ReportStateKernel, 1, 1, state_.View(), kReportsKept,
+                       reports_made_.View().data, reports_);
     }
 
     template <class Observer, class Launch>
@@ -268,7 +261,6 @@ class CudaExecutor {
       if (!GoesOn()) return;
       is_under_way_ = true;
       launch();
-      CopyStates(slot);
       CheckCuda(cudaEventRecord(done_[slot].get(), executor_.lane_->BusyStream()),
                 "record an event");
       steps_[slot] = steps;
@@ -283,14 +275,8 @@ class CudaExecutor {
     }
 
    private:
-    int64_t* StatesOf(int slot) const { return host_ + slot * history_.size(); }
-    void CopyStates(int slot) {
-      if (history_.size() == 0) return;
-      CheckCuda(
-          cudaMemcpyAsync(StatesOf(slot), history_.View().data, Bytes<int64_t>(history_.size()),
-                          cudaMemcpyDeviceToHost, executor_.lane_->BusyStream()),
-          "copy the states from the device");
-    }
+    // Of two batches: those before were told of.
+    static constexpr int64_t kReportsKept = 2 * kStepsPerGraph;
 
     // Waits for the slot's batch and tells of its steps.
     template <class Observer>
@@ -298,15 +284,17 @@ class CudaExecutor {
       const int steps = std::exchange(steps_[slot], 0);
       if (steps == 0) return;
       executor_.WaitFor(done_[slot]);
-      for (int s = 0; s < steps && GoesOn(); ++s) {
-        is_enough_ = HasSeenEnough(observer, StatesOf(slot) + s * state_.size());
+      for (int s = 0; s < steps; ++s) {
+        const int64_t* const report = reports_ + reports_told_++ % kReportsKept * state_.size();
+        if (GoesOn()) is_enough_ = HasSeenEnough(observer, report);
       }
     }
 
     CudaExecutor& executor_;
     const DeviceBuffer<int64_t>& state_;
-    DeviceBuffer<int64_t> history_;
-    int64_t* host_;  // pinned, a history for each of two batches
+    DeviceBuffer<int64_t> reports_made_;
+    int64_t* reports_;  // pinned, a ring of them
+    int64_t reports_told_ = 0;
     std::array<CudaEvent, 2> done_;
     std::array<int, 2> steps_{};
     int next_ = 0;
@@ -383,6 +371,7 @@ class CudaExecutor {
   bool PollStop() {
     if (is_stopped_ || !should_stop_ || !should_stop_()) return is_stopped_;
     is_stopped_ = true;
+    lane_->DropWhatWaits();
     lane_->SetStopFlag();
     return true;
   }

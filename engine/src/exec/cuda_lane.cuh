@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "exec/cuda_memory.cuh"
+#include "exec/cuda_parcels.cuh"
 
 namespace amhex {
 
@@ -51,9 +52,11 @@ class CudaLane {
 
   CudaPool& pool() { return pool_; }
   cudaStream_t stream() const { return stream_.get(); }
-  // The same for whoever sends something there that is to be waited for.
+  // The same for whoever sends something there that is to be waited for. What waits to be sent
+  // goes first.
   cudaStream_t BusyStream() {
     is_idle_ = false;
+    parcels_.Send();
     return stream_.get();
   }
   const int32_t* stop_flag() const { return stop_flag_.View().data; }
@@ -72,6 +75,7 @@ class CudaLane {
 
   // Everything that was sent to the stream so far is done when this event is.
   const CudaEvent& RecordEnd() {
+    parcels_.Send();
     CheckCuda(cudaEventRecord(end_.get(), stream_.get()), "record an event");
     return end_;
   }
@@ -84,16 +88,25 @@ class CudaLane {
     is_idle_ = true;
     staged_ = 0;
   }
-  // Once the stream has been waited for, the staged bytes go to the host's memory.
-  void DeliverLater(const uint8_t* staged, size_t bytes, void* host) {
+  // Staged bytes go to an array before anything else is sent to the stream.
+  void SendLater(const uint8_t* staged, size_t bytes, void* array) {
+    AddParcel(ParcelWay::kToDevice, staged, bytes, array);
+  }
+  // An array goes to staged bytes before anything else is sent to the stream, and when that has
+  // been waited for to the host's memory.
+  void FetchLater(const void* array, const uint8_t* staged, size_t bytes, void* host) {
+    AddParcel(ParcelWay::kToHost, staged, bytes, const_cast<void*>(array));
     arrivals_.push_back({staged, bytes, host});
   }
-  // Nobody is there any more who wants them.
-  void DropArrivals() { arrivals_.clear(); }
+  // Nobody is there any more who wants what has not been sent or delivered.
+  void DropWhatWaits() {
+    parcels_.Drop();
+    arrivals_.clear();
+  }
   bool is_idle() const { return is_idle_; }
   // Without asking whether to stop.
   void Wait() {
-    DropArrivals();
+    DropWhatWaits();
     CheckCuda(cudaStreamSynchronize(stream_.get()), "wait for the device");
     SetIdle(false);
   }
@@ -129,6 +142,11 @@ class CudaLane {
     thread_local std::weak_ptr<CudaLane> latest;
     return latest;
   }
+  void AddParcel(ParcelWay way, const uint8_t* staged, size_t bytes, void* array) {
+    is_idle_ = false;
+    parcels_.Add(
+        way, {static_cast<uint8_t*>(array), staged - staging_.data(), static_cast<int64_t>(bytes)});
+  }
   void ClearStopFlag() {
     CheckCuda(cudaMemsetAsync(stop_flag_.View().data, 0, sizeof(int32_t), stream_.get()),
               "clear the stop flag");
@@ -142,6 +160,7 @@ class CudaLane {
   PinnedBuffer<uint8_t> staging_{kStagingBytes};
   int64_t staged_ = 0;
   std::vector<Arrival> arrivals_;
+  CudaParcels parcels_{stream_.get(), staging_.data()};
   PinnedBuffer<int64_t> states_{kFewestStates};
   bool is_idle_ = true;
   DeviceBuffer<int32_t> stop_flag_;

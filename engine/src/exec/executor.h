@@ -62,10 +62,10 @@ concept Executor = requires(E executor, const E const_executor, Buffer<E, int32_
   // Memory for `count` elements where bodies run.
   { executor.template Alloc<int32_t>(count) } -> std::same_as<Buffer<E, int32_t>>;
   // Copies `count` elements from or to host memory, whose owner may do with it what it likes as
-  // soon as this returns.
+  // soon as this returns. The buffer lives at least until something has been asked of it.
   executor.CopyIn(host_in, count, ids);
   executor.CopyOut(ids, count, host_out);
-  // The same, but the host has it once it has synchronized.
+  // The same, but the host has it once it has synchronized, which the buffer lives to see.
   executor.CopyOutLater(ids, count, host_out);
   // Calls the body for 0 .. count-1, in any order.
   executor.ForEach("description", count, NoOperationBody{});

@@ -67,11 +67,12 @@ class UploadedArrays {
   }
 
   // From one of these arrays, which nobody is writing; those that travelled alone or were added.
+  // The host has it once these have synchronized.
   template <class T>
-  void CopyOut(ArrayView<const T> array, T* host) const {
+  void CopyOutLater(ArrayView<const T> array, T* host) const {
     CopyBufferOut(reinterpret_cast<const uint8_t*>(array.data), reinterpret_cast<uint8_t*>(host));
-    executor_.Synchronize();
   }
+  void Synchronize() const { executor_.Synchronize(); }
 
   // From all arrays of `there`, which Upload made of a structure of arrays as long as those of
   // `host`, and which nobody is writing. The small ones come together; waits once.

@@ -170,6 +170,16 @@ struct SpreadWishesBody {
   }
 };
 
+// What a solve has left before its first iteration.
+struct BeginCountsBody {
+  int64_t unknowns, nodes, sums;
+  ArrayView<int64_t> counts;
+  AMHEX_HD void operator()(int64_t /*index*/) const {
+    counts[kLiveUnknowns] = unknowns, counts[kLiveNodes] = nodes, counts[kLiveSums] = sums;
+    counts[kIsLive] = 1, counts[kIterationsDone] = 0;
+  }
+};
+
 struct ClearBody {
   ArrayView<float> x;
   AMHEX_HD void operator()(int64_t i) const { x[i] = 0; }
@@ -254,8 +264,8 @@ class GradientSolve {
   }
 
   void Solve(const SolveLimits& limits) {
-    const int64_t counts[kCountsSize] = {unknowns_, task_.node_count, sums_, 1, 0};
-    executor_.CopyIn(counts, kCountsSize, counts_);
+    executor_.ForEach("begin to count", 1,
+                      BeginCountsBody{unknowns_, task_.node_count, sums_, counts_.View()});
     Start(limits.tolerance);
     executor_.Repeat(
         limits.max_iterations, counts_, [this] { Iterate(); },

@@ -26,7 +26,7 @@ HullArrays HullCopy(const ResidentSlot& built) {
   HullArrays copy;
   const auto fetch = [&resident](const auto& view, auto& host) {
     host.resize(static_cast<size_t>(view.size));
-    resident.arrays().CopyOut(view, host.data());
+    resident.arrays().CopyOutLater(view, host.data());
   };
   const HullView& there = resident.views();
   fetch(there.triangles, copy.triangles);
@@ -34,6 +34,7 @@ HullArrays HullCopy(const ResidentSlot& built) {
   fetch(there.original, copy.original);
   fetch(there.nodes, copy.nodes);
   fetch(there.dipoles, copy.dipoles);
+  resident.arrays().Synchronize();
   return copy;
 }
 

@@ -97,6 +97,17 @@ inline int EnqueueInto(cudaStream_t stream, Command command) {
   return kSuccess;
 }
 
+// A kernel that reads or writes the host's memory is a copy, too: a parameter tells of it.
+template <class Parameter>
+void CountHostBytes(const Parameter& parameter) {
+  if constexpr (requires { parameter.HostBytes(); }) {
+    Controls& counts = TheDevice().controls;
+    ++(parameter.IsUpload() ? counts.uploads : counts.downloads);
+    (parameter.IsUpload() ? counts.uploaded_bytes : counts.downloaded_bytes) +=
+        parameter.HostBytes();
+  }
+}
+
 template <class... Parameters>
 int EnqueueKernel(const cudaLaunchConfig_t& config, void (*kernel)(Parameters...),
                   std::tuple<Parameters...> arguments) {
@@ -105,6 +116,7 @@ int EnqueueKernel(const cudaLaunchConfig_t& config, void (*kernel)(Parameters...
   if (blocks == 0 || blocks > kMaxBlocks || threads == 0 || threads > kMaxThreads) {
     return kInvalidConfiguration;
   }
+  std::apply([](const auto&... parameters) { (CountHostBytes(parameters), ...); }, arguments);
   return EnqueueInto(config.stream, [=] {
     ++TheDevice().controls.launches;
     lockstep::Launch(blocks, static_cast<int>(threads), lockstep::Order::kDescending,
