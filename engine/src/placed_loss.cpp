@@ -27,7 +27,8 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const double diagonal = hull.box.Diagonal();  // edge lengths
   const double distance =
       std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
-  return {1 - quality.average + DeviationLoss(static_cast<double>(placed.cells.size()), hull),
+  const auto cells = static_cast<double>(placed.cells.size());
+  return {1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
           kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit)};
 }

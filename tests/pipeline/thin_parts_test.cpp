@@ -77,6 +77,21 @@ TEST(ThinParts, APlateKeepsOneLayerOfHexahedra) {
   }
 }
 
+TEST(ThinParts, APlateHasAsManyCellsAsWanted) {
+  constexpr int64_t kCells = 150;
+  for (const double thickness : {0.6, 0.8, 1.2}) {  // layers of cubes would be 1.4 to 0.9 of it
+    SCOPED_TRACE(thickness);
+    MeshingParams params;
+    params.sizing.cell_count = kCells;
+    params.run.backend = Backend::kCpu;
+    RunContext run;
+    const auto result = Mesh(Turned(fixtures::MakeBox({12, 12, thickness}, 0.6)), params, run);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    EXPECT_NEAR(static_cast<double>(result->statistics.cell_count), kCells, 0.12 * kCells);
+  }
+}
+
 TEST(ThinParts, TheWallOfATubeKeepsOneLayer) {
   const TriangleMesh tube = fixtures::Joined(fixtures::MakeTorus(6, 2.5, 0.4),
                                              fixtures::Flipped(fixtures::MakeTorus(6, 1.8, 0.4)));

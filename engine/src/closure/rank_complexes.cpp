@@ -8,6 +8,7 @@
 #include "closure/extrude_layer.h"
 #include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
+#include "input/single_layers.h"
 
 namespace amhex {
 namespace {
@@ -39,7 +40,7 @@ double TypicalShortfall(PrimitiveType type) {
   return 1;
 }
 
-RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull,
+RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull, double wanted_cells,
                     const StopPoll& poll) {
   WorkingMesh mesh(complex, poll);
   if (mesh.HasOpenFaces()) {
@@ -58,14 +59,19 @@ RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull,
   const double added = kCellsPerOpenFace * static_cast<double>(judged.open_faces);
   cells += added;
   loss += kFillingShortfall * added;
-  judged.loss = loss / std::max(1.0, cells) + DeviationLoss(cells, hull);
+  judged.loss = loss / std::max(1.0, cells) + DeviationLoss(cells, wanted_cells);
   return judged;
 }
 
 }  // namespace
 
-double DeviationLoss(double cell_count, const Hull& hull) {
-  const double deviation = std::abs(cell_count / std::max(1.0, hull.volume) - 1);
+double WantedCells(const Hull& hull, const StopPoll& poll) {
+  const SurfaceOfSolid surface{hull.vertices, hull.triangles, hull.volume};
+  return hull.volume + FindSingleLayers(surface, *hull.queries, 1, poll).ExcessCells(1);
+}
+
+double DeviationLoss(double cell_count, double wanted_cells) {
+  const double deviation = std::abs(cell_count / std::max(1.0, wanted_cells) - 1);
   return kDeviationWeight * std::max(0.0, deviation - kFreeDeviation);
 }
 
@@ -76,8 +82,9 @@ absl::StatusOr<std::vector<RankedComplex>> RankComplexes(const std::vector<CellC
   if (complexes.size() < 2) return ranked;
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   ranked.resize(complexes.size());
+  const double wanted_cells = WantedCells(hull, StopPoll(run));
   oneapi::tbb::parallel_for(size_t{0}, complexes.size(), [&](size_t i) {
-    ranked[i] = Judge(complexes[i], i, hull, StopPoll(run));
+    ranked[i] = Judge(complexes[i], i, hull, wanted_cells, StopPoll(run));
   });
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   std::stable_sort(ranked.begin(), ranked.end(),

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "input/single_layers.h"
 #include "input/triangle_math.h"
 
 namespace amhex {
@@ -51,6 +52,17 @@ double EdgeLengthOf(double volume, int64_t cell_count) {
   return std::cbrt(volume / static_cast<double>(cell_count));
 }
 
+// Makes so many cells, whole or in walls of one layer.
+double EdgeLengthFor(int64_t cell_count, const TriangleMesh& solid, double volume,
+                     const StopPoll& poll, DeviceUse* device) {
+  const double cubes = EdgeLengthOf(volume, cell_count);
+  const SurfaceOfSolid surface{solid.vertices, solid.triangles, volume};
+  if (!MayHaveSingleLayers(surface, cubes)) return cubes;
+  const HullQueries queries(solid.vertices, solid.triangles, poll, device);
+  const SingleLayers walls = FindSingleLayers(surface, queries, cubes, poll);
+  return EdgeLengthWithLayers(walls, volume, cubes);
+}
+
 }  // namespace
 
 absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const TriangleMesh& solid,
@@ -74,7 +86,7 @@ absl::StatusOr<double> ResolveEdgeLength(const SizingParams& sizing, const Trian
     return sizing.edge_length;
   }
   if (sizing.cell_count > 0) {
-    return EdgeLengthOf(volume, sizing.cell_count) * user_scale;
+    return EdgeLengthFor(sizing.cell_count, solid, volume, poll, device) * user_scale;
   }
   const double by_count = EdgeLengthOf(volume, kDefaultCellCount);
   const double width = MinimumWidth(solid, poll, device);

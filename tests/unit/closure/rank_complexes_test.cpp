@@ -74,12 +74,17 @@ TEST(RankComplexes, StopsWhenAsked) {
   EXPECT_EQ(RankComplexes(two, BoxOfSix(), run).status().code(), absl::StatusCode::kCancelled);
 }
 
+TEST(WantedCells, AreTheVolumeButForWallsOfOneLayer) {
+  EXPECT_DOUBLE_EQ(WantedCells(BoxOfSix(), {}), 216);
+  const Hull plate = testing_support::HullOfMesh(fixtures::MakeBox({12, 9, 0.7}, 1.0));
+  EXPECT_NEAR(WantedCells(plate, {}), 12 * 9, 1);
+}
+
 TEST(DeviationLoss, IsNothingNearTheWantedNumberAndGrowsBeyond) {
-  const Hull hull = BoxOfSix();
-  EXPECT_EQ(DeviationLoss(216, hull), 0);
-  EXPECT_EQ(DeviationLoss(216 * 1.1, hull), 0);
-  EXPECT_GT(DeviationLoss(216 * 1.2, hull), 0);
-  EXPECT_GT(DeviationLoss(216 * 0.7, hull), DeviationLoss(216 * 0.8, hull));
+  EXPECT_EQ(DeviationLoss(216, 216), 0);
+  EXPECT_EQ(DeviationLoss(216 * 1.1, 216), 0);
+  EXPECT_GT(DeviationLoss(216 * 1.2, 216), 0);
+  EXPECT_GT(DeviationLoss(216 * 0.7, 216), DeviationLoss(216 * 0.8, 216));
 }
 
 }  // namespace
