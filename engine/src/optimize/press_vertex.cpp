@@ -30,7 +30,8 @@ VertexPress::VertexPress(Placement& placement, double floor)
       floor_(floor),
       active_(placement.complex.vertices.size(), 1),
       moved_(placement.complex.vertices.size(), 0),
-      step_(placement.complex.vertices.size(), kFirstStep) {}
+      step_(placement.complex.vertices.size(), kFirstStep),
+      is_touched_(placement.complex.cells.size(), 0) {}
 
 bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
   std::vector<Vec3d>& vertices = placement_.complex.vertices;
@@ -40,16 +41,32 @@ bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
     return false;
   }
   CollectAround(vertex);
-  before_.clear();
-  for (const int32_t v : inner_) before_.push_back(vertices[v]);
   Survey();
+  KeepState();
   const Bounds bounds{std::min(floor_, Least()), Lack() + most_loss};
   vertices[vertex] = place;
+  SurveyAt(vertex);
   if (Settle(bounds)) return true;
   vertices[vertex] = start;
-  for (size_t i = 0; i < inner_.size(); ++i) vertices[inner_[i]] = before_[i];
-  Survey();
+  TakeBack();
   return false;
+}
+
+void VertexPress::KeepState() {
+  before_.clear();
+  for (const int32_t v : inner_) before_.push_back(placement_.complex.vertices[v]);
+  survey_before_.clear();
+  for (const int32_t c : cells_) {
+    survey_before_.push_back({view_.min_scaled_jacobian[c], view_.near_folding[c]});
+  }
+}
+
+void VertexPress::TakeBack() {
+  for (size_t i = 0; i < inner_.size(); ++i) placement_.complex.vertices[inner_[i]] = before_[i];
+  for (size_t i = 0; i < cells_.size(); ++i) {
+    view_.min_scaled_jacobian[cells_[i]] = survey_before_[i].min_scaled_jacobian;
+    view_.near_folding[cells_[i]] = survey_before_[i].near_folding;
+  }
 }
 
 const std::vector<int32_t>& VertexPress::CellsAround(int32_t vertex) {
@@ -59,7 +76,6 @@ const std::vector<int32_t>& VertexPress::CellsAround(int32_t vertex) {
 
 // Moves the vertices inside; whether the bounds are kept then.
 bool VertexPress::Settle(const Bounds& bounds) {
-  Survey();
   Sweep({QualityAim::kMinimum, kTarget, floor_, kRaisingPenalty}, kRaisingSweeps);
   if (Least() < bounds.least || !NoneFolds()) return false;
   Sweep({QualityAim::kAverage, kAverageTarget, floor_, kAveragePenalty}, kAverageSweeps);
@@ -68,6 +84,8 @@ bool VertexPress::Settle(const Bounds& bounds) {
 
 // Free vertices of the cells at the vertex, and of the cells at those.
 void VertexPress::CollectAround(int32_t vertex) {
+  if (vertex == around_) return;
+  around_ = vertex;
   const VertexNeighbourhoods& neighbourhoods = placement_.neighbourhoods;
   inner_.clear();
   std::vector<int32_t> ring = {vertex};
@@ -99,6 +117,10 @@ void VertexPress::Survey() {
   for (const int32_t c : cells_) SurveyCell(view_, c);
 }
 
+void VertexPress::SurveyAt(int32_t vertex) {
+  for (const int32_t c : placement_.neighbourhoods.cells[vertex]) SurveyCell(view_, c);
+}
+
 void VertexPress::Sweep(const SweepRules& rules, int count) {
   const auto vertex_count = static_cast<int64_t>(step_.size());
   const SweepVisits sweep{view_,
@@ -106,18 +128,53 @@ void VertexPress::Sweep(const SweepRules& rules, int count) {
                           {active_.data(), vertex_count},
                           {step_.data(), vertex_count},
                           {moved_.data(), vertex_count}};
-  for (const int32_t v : inner_) step_[v] = kFirstStep;
+  for (const int32_t v : inner_) {
+    step_[v] = kFirstStep;
+    active_[v] = 1;
+  }
   for (int i = 0; i < count; ++i) {
-    bool any = false;
-    for (const int32_t v : inner_) {
-      if (!sweep.Wants(v)) continue;
-      LocalRoom room(static_cast<size_t>(placement_.neighbourhoods.cells[v].size()));
-      sweep.Visit(v, room.data());
-      any = any || moved_[v] != 0;
-    }
-    Survey();
+    const bool any = VisitEach(sweep);
+    SurveyTouched();
     if (!any) break;
   }
+}
+
+// Whether any has moved. A vertex that stays, with its step as it was, does so again until
+// something around it changes.
+bool VertexPress::VisitEach(const SweepVisits& sweep) {
+  bool any = false;
+  for (const int32_t v : inner_) {
+    if (!sweep.Wants(v)) continue;
+    const float step = step_[v];
+    LocalRoom room(static_cast<size_t>(placement_.neighbourhoods.cells[v].size()));
+    sweep.Visit(v, room.data());
+    if (moved_[v] != 0) {
+      any = true;
+      NoteMove(v);
+    } else if (step_[v] == step) {
+      active_[v] = 0;
+    }
+  }
+  return any;
+}
+
+void VertexPress::NoteMove(int32_t vertex) {
+  for (const int32_t c : placement_.neighbourhoods.cells[vertex]) {
+    for (const int32_t v : placement_.complex.cells[c]) active_[v] = 1;
+    if (is_touched_[c] != 0) continue;
+    is_touched_[c] = 1;
+    touched_.push_back(c);
+  }
+}
+
+// What visits see of the survey changes here too.
+void VertexPress::SurveyTouched() {
+  for (const int32_t c : touched_) {
+    SurveyCell(view_, c);
+    for (const int32_t v : placement_.complex.cells[c]) active_[v] = 1;
+    is_touched_[c] = 0;
+  }
+  touched_.clear();
 }
 
 double VertexPress::Least() const {

@@ -39,7 +39,13 @@ class VertexPress {
   bool Settle(const Bounds& bounds);
   void CollectAround(int32_t vertex);
   void Survey();
+  void SurveyAt(int32_t vertex);
   void Sweep(const SweepRules& rules, int count);
+  bool VisitEach(const SweepVisits& sweep);
+  void NoteMove(int32_t vertex);
+  void SurveyTouched();
+  void KeepState();
+  void TakeBack();
   double Least() const;  // scaled Jacobian of the cells
   bool NoneFolds() const;
   double Lack() const;
@@ -49,9 +55,17 @@ class VertexPress {
   const double floor_;
   std::vector<uint8_t> active_, moved_;  // [vertex] what visits want to have
   std::vector<float> step_;              // [vertex]
+  std::vector<uint8_t> is_touched_;      // [cell] has a vertex that moved in this sweep
+  std::vector<int32_t> touched_;         // those cells
+  int32_t around_ = -1;                  // the vertex that inner_ and cells_ are of
   std::vector<int32_t> inner_;           // vertices that give way, ascending
-  std::vector<Vec3d> before_;            // where inner_ were
   std::vector<int32_t> cells_;           // all at those and at the one that is moved, ascending
+  std::vector<Vec3d> before_;            // where inner_ were
+  struct CellSurvey {
+    float min_scaled_jacobian;
+    uint8_t near_folding;
+  };
+  std::vector<CellSurvey> survey_before_;  // of cells_
 };
 
 }  // namespace amhex

@@ -94,26 +94,52 @@ TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
   }
 }
 
+// A grid with every third cell left out, more or less, and what closing puts there.
+CellComplex ClosedWithGaps(const GridSize& n, const Hull& hull, unsigned seed) {
+  WorkingMesh mesh(GridComplex(n));
+  std::minstd_rand random(seed);
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (random() % 3 == 0) mesh.RemoveCell(cell);
+  }
+  RunContext run;
+  auto closed = CloseComplex(mesh.ToComplex(), hull, MeshingParams{}, run);
+  EXPECT_TRUE(closed.ok()) << closed.status().ToString();
+  return *std::move(closed);
+}
+
 TEST(RefillPlaces, NeverLowersTheMinimumNorOpensAMesh) {
   const GridSize n{5, 4, 4};
   const Hull hull = GridHull(n, 0.5);
-  RunContext run;
   int poor = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    WorkingMesh mesh(GridComplex(n));
-    std::minstd_rand random(seed);
-    for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-      if (random() % 3 == 0) mesh.RemoveCell(cell);
-    }
-    const auto closed = CloseComplex(mesh.ToComplex(), hull, MeshingParams{}, run);
-    ASSERT_TRUE(closed.ok()) << closed.status().ToString();
-    const double before = SummarizeQuality(*closed).minimum;
+    const CellComplex closed = ClosedWithGaps(n, hull, seed);
+    const double before = SummarizeQuality(closed).minimum;
     poor += before < 0.3 ? 1 : 0;
-    const CellComplex refilled = Refilled(*closed, hull);
+    const CellComplex refilled = Refilled(closed, hull);
     EXPECT_GE(SummarizeQuality(refilled).minimum, before) << "seed " << seed;
     EXPECT_FALSE(WorkingMesh(refilled).HasOpenFaces()) << "seed " << seed;
   }
   EXPECT_GT(poor, 1) << "or the test shows nothing";
+}
+
+// Several threads make all tries of a single place side by side, one thread up to the first good
+// one.
+TEST(RefillPlaces, ComesToTheSameWhenTriesAreMadeAhead) {
+  const GridSize n{5, 4, 4};
+  const Hull hull = GridHull(n, 0.5);
+  int changed = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const CellComplex closed = ClosedWithGaps(n, hull, seed);
+    std::vector<CellComplex> results;
+    for (const size_t threads : {1, 7}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      results.push_back(Refilled(closed, hull));
+    }
+    changed += results[0].cells != closed.cells ? 1 : 0;
+    EXPECT_EQ(results[0].cells, results[1].cells) << "seed " << seed;
+    EXPECT_EQ(results[0].vertices, results[1].vertices) << "seed " << seed;
+  }
+  EXPECT_GT(changed, 1) << "or the test shows nothing";
 }
 
 TEST(RefillPlaces, StopsWhenAsked) {
