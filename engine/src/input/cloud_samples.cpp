@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -36,6 +37,9 @@ constexpr double kCancelledRatio = 1e-12;
 // Squares of lengths above it are normal numbers. Lengths mean nothing: they may be areas of
 // triangles, of a scan in metres of a part that is microns large.
 constexpr double kShortestNormal = 1e-100;
+// Of the 26 directions of OutwardVote: if more than half look in, all normals do. A box turned
+// inside out has -19, without its bottom -18, one side of a sheet about 0.
+constexpr double kInsideOutVote = -13;
 
 // Equal points in a row after sorting: keeps the first of each and adds the others' normals.
 int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
@@ -84,6 +88,21 @@ int64_t NormalizeDirections(CloudSamples& samples) {
   const auto dropped = static_cast<int64_t>(samples.position.size() - kept);
   samples.position.resize(kept), samples.normal.resize(kept);
   return dropped;
+}
+
+bool HasDirections(const PointCloud& cloud) {
+  return std::any_of(cloud.normals.begin(), cloud.normals.end(),
+                     [](const Vec3d& n) { return Norm(n) > kShortestNormal; });
+}
+
+// Scanners and converters that write normals into the solid do so everywhere.
+void TurnOutward(CloudSamples& samples, std::vector<std::string>& warnings) {
+  if (samples.position.empty()) return;
+  std::vector<int32_t> all(samples.position.size());
+  std::iota(all.begin(), all.end(), 0);
+  if (OutwardVote(samples.position, samples.normal, all) >= kInsideOutVote) return;
+  for (Vec3d& n : samples.normal) n = -n;
+  warnings.push_back("the cloud's normals look into it, all turned");
 }
 
 struct Neighbourhood {
@@ -215,7 +234,8 @@ absl::Status EvenOutGivenNormals(RunContext& run, CloudSamples& samples) {
 absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
                                           std::vector<std::string>& warnings) {
   CloudSamples samples{cloud.points, cloud.normals, {}};
-  if (samples.normal.empty()) {
+  const bool has_normals = HasDirections(cloud);
+  if (!has_normals) {
     samples.normal.assign(samples.position.size(), Vec3d{});
     Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
@@ -225,6 +245,7 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
     Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
+    TurnOutward(samples, warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutGivenNormals(run, samples));
   }
   if (samples.position.size() < 4) {
@@ -235,7 +256,7 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   const std::vector<Neighbourhood> hoods = MeasureNeighbourhoods(samples, run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Note(SettleSpacing(hoods, samples), kOutliersLeftOut, warnings);
-  if (cloud.normals.empty()) {
+  if (!has_normals) {
     AMHEX_ASSIGN_OR_RETURN(const int64_t turned, HollowNestedParts(run, samples));
     Note(turned,
          "closed parts of the cloud within others, taken for cavities without normals to tell",

@@ -16,7 +16,10 @@
 namespace amhex {
 namespace {
 
-constexpr int kPlaneNeighbours = 16;
+constexpr size_t kPlaneNeighbours = 16;
+// A plane through more than this share of all points sees the solid, not its surface.
+constexpr size_t kPlanesPerCloud = 2;
+constexpr size_t kFewestPlaneNeighbours = 4;
 
 Vec3d PlaneNormal(const std::vector<Vec3d>& points,
                   const std::vector<PointTree::Neighbour>& neighbours) {
@@ -56,7 +59,7 @@ class NormalOrienter {
       Vec3d& normal = normals_[static_cast<size_t>(seed)];
       if (normal.z < 0) normal = -normal;
       const std::vector<int32_t> part = OrientFrom(seed);
-      if (OutwardVote(part) >= 0) continue;
+      if (OutwardVote(points_, normals_, part) >= 0) continue;
       for (const int32_t i : part)
         normals_[static_cast<size_t>(i)] = -normals_[static_cast<size_t>(i)];
     }
@@ -64,22 +67,6 @@ class NormalOrienter {
   }
 
  private:
-  // How far the points that are farthest out along the directions to a cube's corners, edges and
-  // faces look out; below 0 if the part is inside out.
-  double OutwardVote(const std::vector<int32_t>& part) const {
-    double vote = 0;
-    for (int k = 0; k < 27; ++k) {
-      if (k == 13) continue;
-      const int x = k % 3, y = k / 3 % 3, z = k / 9;
-      const Vec3d out = Normalized(Vec3d{x - 1.0, y - 1.0, z - 1.0});
-      const auto along = [&](int32_t i) { return Dot(points_[static_cast<size_t>(i)], out); };
-      const int32_t farthest = *std::max_element(
-          part.begin(), part.end(), [&](int32_t a, int32_t b) { return along(a) < along(b); });
-      vote += Dot(normals_[static_cast<size_t>(farthest)], out);
-    }
-    return vote;
-  }
-
   // The points of the seed's part.
   std::vector<int32_t> OrientFrom(int32_t seed) {
     std::vector<int32_t> part;
@@ -123,15 +110,32 @@ class NormalOrienter {
 
 }  // namespace
 
+double OutwardVote(const std::vector<Vec3d>& points, const std::vector<Vec3d>& normals,
+                   const std::vector<int32_t>& part) {
+  double vote = 0;
+  for (int k = 0; k < 27; ++k) {
+    if (k == 13) continue;
+    const int x = k % 3, y = k / 3 % 3, z = k / 9;
+    const Vec3d out = Normalized(Vec3d{x - 1.0, y - 1.0, z - 1.0});
+    const auto along = [&](int32_t i) { return Dot(points[static_cast<size_t>(i)], out); };
+    const int32_t farthest = *std::max_element(
+        part.begin(), part.end(), [&](int32_t a, int32_t b) { return along(a) < along(b); });
+    vote += Dot(normals[static_cast<size_t>(farthest)], out);
+  }
+  return vote;
+}
+
 absl::StatusOr<std::vector<Vec3d>> EstimateNormals(const std::vector<Vec3d>& points,
                                                    RunContext& run) {
   const PointTree tree(points);
   std::vector<Vec3d> normals(points.size());
   std::vector<std::vector<int32_t>> graph(points.size());
+  const auto wanted = static_cast<int>(
+      std::clamp(points.size() / kPlanesPerCloud, kFewestPlaneNeighbours, kPlaneNeighbours));
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
     if (run.ShouldStop()) return;
     std::vector<PointTree::Neighbour> neighbours;
-    tree.Nearest(points[i], kPlaneNeighbours, neighbours);
+    tree.Nearest(points[i], wanted, neighbours);
     normals[i] = PlaneNormal(points, neighbours);
     const size_t linked = std::min<size_t>(neighbours.size(), kLinkedNeighbours + 1);
     for (size_t k = 0; k < linked; ++k) {

@@ -34,6 +34,11 @@ constexpr size_t kProbes = 1000;
 // Once moved, points have other neighbours.
 constexpr int kPasses = 2;
 constexpr double kSameSideCosine = 0.2;
+// Planes through sixteen evened points that see one side of a wall only are flatter than this;
+// those of points between two sides lie across the wall and leave them there.
+constexpr double kOneSideRatio = 0.4;
+// A point that has come to a side is a neighbour of that side the next time.
+constexpr int kSettlingPasses = 3;
 
 struct Plane {
   Vec3d centre;
@@ -50,14 +55,20 @@ class NoiseSmoother {
                 const std::vector<Vec3d>& normals)
       : points_(points), given_(given), normals_(normals), tree_(points) {}
 
-  // Over the neighbours on the same side, the nearer the more.
-  Plane PlaneAt(size_t i, int neighbours) const {
+  // Itself first.
+  std::vector<PointTree::Neighbour> OnTheSameSide(size_t i, int neighbours) const {
     std::vector<PointTree::Neighbour> found;
     tree_.Nearest(points_[i], neighbours, found);
     std::erase_if(found, [&](const PointTree::Neighbour& n) {
       const Vec3d& other = normals_[static_cast<size_t>(n.index)];
       return Dot(normals_[i], other) < kSameSideCosine * Norm(normals_[i]) * Norm(other);
     });
+    return found;
+  }
+
+  // Over the neighbours on the same side, the nearer the more.
+  Plane PlaneAt(size_t i, int neighbours) const {
+    const std::vector<PointTree::Neighbour> found = OnTheSameSide(i, neighbours);
     const double reach = found.back().squared_distance;
     std::vector<double> weights;
     Plane plane;
@@ -126,6 +137,30 @@ int NeighboursNeeded(const NoiseSmoother& smoother, size_t count, const RunConte
   return hardly_flat;
 }
 
+// Moves points that still lie between the sides of a wall to the flattest plane around.
+absl::Status SettleBetweenSides(const std::vector<Vec3d>& normals, RunContext& run,
+                                std::vector<Vec3d>& points) {
+  const std::vector<Vec3d> before = points;
+  const NoiseSmoother smoother(before, before, normals);
+  std::vector<Plane> planes(points.size());
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+    if (run.ShouldStop()) return;
+    planes[i] = smoother.PlaneAt(i, kFewestNeighbours);
+  });
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+    if (planes[i].flatness <= kOneSideRatio || run.ShouldStop()) return;
+    const Plane* flattest = &planes[i];
+    for (const auto& n : smoother.OnTheSameSide(i, kFewestNeighbours)) {
+      const Plane& plane = planes[static_cast<size_t>(n.index)];
+      if (plane.flatness < flattest->flatness) flattest = &plane;
+    }
+    if (flattest->flatness > kOneSideRatio) return;
+    points[i] += flattest->normal * Dot(flattest->centre - points[i], flattest->normal);
+  });
+  return run.CheckStop();
+}
+
 }  // namespace
 
 absl::StatusOr<int> SmoothNoise(const std::vector<Vec3d>& normals, RunContext& run,
@@ -148,6 +183,9 @@ absl::StatusOr<int> SmoothNoise(const std::vector<Vec3d>& normals, RunContext& r
       points[i] += plane.normal * Dot(by, plane.normal);
     });
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  }
+  for (int pass = 0; pass < kSettlingPasses; ++pass) {
+    AMHEX_RETURN_IF_ERROR(SettleBetweenSides(normals, run, points));
   }
   return neighbours;
 }

@@ -1,4 +1,5 @@
 // Point clouds become closed surfaces through their points.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -164,6 +165,45 @@ TEST(CloudHull, PointsWhoseNormalsCancelAreLeftOut) {
   EXPECT_EQ(std::count(hull->warnings.begin(), hull->warnings.end(),
                        "points without a direction, left out: 2"),
             1);
+}
+
+TEST(CloudHull, NormalsThatAreAllZeroAreNone) {
+  PointCloud cloud = fixtures::SampleCentres(fixtures::MakeSphere(1, 0.1));
+  cloud.normals.assign(cloud.points.size(), Vec3d{});
+  const auto hull = Build(cloud);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  cloud.normals.clear();
+  EXPECT_EQ(hull->vertices, Build(cloud)->vertices);
+  EXPECT_THAT(hull->warnings, testing::Contains(testing::HasSubstr("has no normals")));
+}
+
+TEST(CloudHull, NormalsThatLookIntoTheCloudAreTurned) {
+  for (const TriangleMesh& solid :
+       {fixtures::MakeTorus(2, 0.7, 0.12), fixtures::MakeBox({2, 1, 1}, 0.1),
+        fixtures::Joined(fixtures::MakeSphere(2, 0.2),
+                         fixtures::Flipped(fixtures::MakeSphere(1, 0.2)))}) {
+    const PointCloud cloud = fixtures::SampleCentres(solid);
+    PointCloud turned = cloud;
+    for (Vec3d& n : turned.normals) n = -n;
+    const auto hull = Build(turned);
+    ASSERT_TRUE(hull.ok()) << hull.status();
+    EXPECT_EQ(hull->vertices, Build(cloud)->vertices);
+    EXPECT_THAT(hull->warnings, testing::Contains(testing::HasSubstr("all turned")));
+  }
+}
+
+TEST(CloudHull, TwelvePointsWithoutNormalsBoundASolid) {
+  const double t = (1 + std::sqrt(5.0)) / 2;
+  PointCloud icosahedron;
+  for (const double a : {-1.0, 1.0}) {
+    for (const double b : {-t, t}) {
+      icosahedron.points.insert(icosahedron.points.end(), {{a, b, 0}, {0, a, b}, {b, 0, a}});
+    }
+  }
+  const auto hull = Build(icosahedron);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_EQ(hull->component_count, 1);
+  EXPECT_EQ(hull->genus, 0);
 }
 
 TEST(CloudHull, NormalsAreEstimatedWhereThereAreNone) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -84,6 +85,25 @@ TEST(SmoothNoise, TheTwoSidesOfAThinPlateAreNotTakenForNoise) {
     EXPECT_EQ(SmoothNoise(cloud.normals, run, cloud.points).value(), 0);
     EXPECT_EQ(cloud.points, before);
   }
+}
+
+// Three of the points' distances thick, with noise of half a one.
+TEST(SmoothNoise, HardlyAPointStaysBetweenTheSidesOfAWall) {
+  constexpr double kInnerRadius = 0.83, kNoise = 0.028;
+  RunContext run;
+  std::vector<Vec3d> points = Sphere().points;
+  for (const Vec3d& p :
+       fixtures::SampleSurface(fixtures::MakeSphere(kInnerRadius, 0.05), 4 * kPoints / 6, 2)
+           .points) {
+    points.push_back(p);
+  }
+  AddNoise(kNoise, &points);
+  EXPECT_GT(SmoothNoise(std::vector<Vec3d>(points.size()), run, points).value(), 0);
+  const double middle = (1 + kInnerRadius) / 2;
+  const auto between = std::count_if(points.begin(), points.end(), [&](const Vec3d& p) {
+    return std::abs(Norm(p) - middle) < (1 - kInnerRadius) / 4;
+  });
+  EXPECT_LT(static_cast<double>(between), 0.01 * static_cast<double>(points.size()));
 }
 
 TEST(SmoothNoise, RodsAreNotTakenForNoise) {
