@@ -48,25 +48,27 @@ struct SmoothFrameBody {
 template <class E>
 class FrameSmoothing {
  public:
-  FrameSmoothing(E& executor, SmoothingTask& task) : executor_(executor), task_(task) {}
+  FrameSmoothing(E& executor, SmoothingTask& task)
+      : executor_(executor), task_(task), arrays_(executor) {}
 
   // Memory where bodies run, at its peak, without what the executor needs of its own.
   static int64_t Bytes(const SmoothingTask& task) {
-    int64_t largest = 0, coarser = 0;
+    constexpr int64_t kOfNode =
+        sizeof(Quaternion) + sizeof(QuarticForm) + sizeof(ForwardCodes::value_type);
+    int64_t sum = 0, coarser = 0, finest = 0;
     for (const SmoothingLevel& level : task.levels) {
-      const int64_t frames = level.node_count() * static_cast<int64_t>(sizeof(Quaternion));
-      const int64_t sum = UploadedArrays<E>::Bytes(level) + frames +
-                          level.node_count() * static_cast<int64_t>(sizeof(QuarticForm));
-      largest = largest > sum + coarser ? largest : sum + coarser;
-      coarser = frames;
+      sum += UploadedArrays<E>::Bytes(level);
+      coarser = std::exchange(finest, level.node_count());
     }
-    return largest + coarser / static_cast<int64_t>(sizeof(Quaternion)) *
-                         static_cast<int64_t>(sizeof(ForwardCodes::value_type));
+    return sum + kOfNode * finest + static_cast<int64_t>(sizeof(Quaternion)) * coarser;
   }
 
   bool Run() {
-    for (size_t level = 0; level < task_.levels.size(); ++level) {
-      Smooth(task_.levels[level]);
+    std::vector<SmoothingLevel> levels;  // there, all at once: most are small
+    for (const SmoothingLevel& level : task_.levels) levels.push_back(arrays_.Upload(level));
+    for (size_t level = 0; level < levels.size(); ++level) {
+      Smooth(levels[level]);
+      if (level + 1 == levels.size()) MatchNeighbours(levels[level]);
       if (executor_.Stopped()) return false;
       if (task_.on_level) task_.on_level(static_cast<int32_t>(level));
     }
@@ -85,10 +87,8 @@ class FrameSmoothing {
   template <class T>
   using Array = Buffer<E, T>;
 
-  void Smooth(const SmoothingLevel& host_level) {
-    const int64_t count = host_level.node_count();
-    UploadedArrays<E> arrays(executor_);
-    const SmoothingLevel level = arrays.Upload(host_level);
+  void Smooth(const SmoothingLevel& level) {
+    const int64_t count = level.node_count();
     Array<Quaternion> frames = executor_.template Alloc<Quaternion>(count);
     Array<QuarticForm> forms = executor_.template Alloc<QuarticForm>(count);
     executor_.ForEach(
@@ -106,17 +106,19 @@ class FrameSmoothing {
       ++sweep;
     };
     executor_.Repeat(level.sweeps, no_state, take_sweep, NoObserver{});
-    if (&host_level == &task_.levels.back()) {
-      codes_ = executor_.template Alloc<ForwardCodes::value_type>(count);
-      executor_.ForEach(
-          "match neighbours", count,
-          MatchNeighboursBody{level.neighbours, ReadOnly(frames.View()), codes_.View()});
-    }
     frames_ = std::move(frames);
+  }
+
+  void MatchNeighbours(const SmoothingLevel& level) {
+    codes_ = executor_.template Alloc<ForwardCodes::value_type>(level.node_count());
+    executor_.ForEach(
+        "match neighbours", level.node_count(),
+        MatchNeighboursBody{level.neighbours, ReadOnly(frames_.View()), codes_.View()});
   }
 
   E& executor_;
   SmoothingTask& task_;
+  UploadedArrays<E> arrays_;               // of all levels
   Array<Quaternion> frames_;               // of the level that is done
   Array<ForwardCodes::value_type> codes_;  // of the last
 };
