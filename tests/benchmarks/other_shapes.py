@@ -49,6 +49,25 @@ def cone(sides=64, height=2.0):
     return rim + [(0.0, 0.0, 0.0), (0.0, 0.0, height)], triangles
 
 
+def sheared(corners, triangles, along_x, along_y):
+    """Leans over: a box becomes one whose sides meet at acute and obtuse angles."""
+    return [(x + along_x * z, y + along_y * z, z) for x, y, z in corners], triangles
+
+
+def torus(radius, tube, around=48, across=12):
+    ring = lambda n, k: (math.cos(2 * math.pi * k / n), math.sin(2 * math.pi * k / n))
+    vertices = []
+    for i, j in itertools.product(range(around), range(across)):
+        (x, y), (out, up) = ring(around, i), ring(across, j)
+        vertices.append(((radius + tube * out) * x, (radius + tube * out) * y, tube * up))
+    triangles = []
+    for i, j in itertools.product(range(around), range(across)):
+        here, there = i * across, (i + 1) % around * across
+        a, b, c, d = here + j, there + j, there + (j + 1) % across, here + (j + 1) % across
+        triangles += [(a, b, c), (a, c, d)]
+    return vertices, triangles
+
+
 def minus(a, b):
     return tuple(x - y for x, y in zip(a, b))
 
@@ -112,6 +131,12 @@ def comb(fins=10):
     for fin in reversed(range(fins)):
         outline += [(fin + 0.65, 1), (fin + 0.65, 4), (fin + 0.35, 4), (fin + 0.35, 1)]
     return outline + [(0, 1)]
+
+
+def trough(length=4.0, height=2.0, wall=0.2):
+    """A thin wall bent to a U."""
+    inner = [(length - wall, height), (length - wall, wall), (wall, wall), (wall, height)]
+    return [(0, height), (0, 0), (length, 0), (length, height)] + inner
 
 
 def stairs(steps=5):
@@ -202,6 +227,10 @@ def shapes():
     yield "wedge10", extruded(wedge(10, 6), 3)
     yield "wedge30", extruded(wedge(30, 4), 3)
     yield "octagon", extruded([(math.cos(math.pi * (2 * i + 1) / 8), math.sin(math.pi * (2 * i + 1) / 8)) for i in range(8)], 1)
+    yield "oblique", sheared(*extruded([(0, 0), (1.5, 0), (1.5, 1.2), (0, 1.2)], 1.4), 0.9, 0.3)
+    yield "spike", cone(sides=32, height=30.0)
+    yield "ring", torus(2.0, 0.25)
+    yield "trough", extruded(trough(), 3)
     yield "ellipsoid", level_set(lambda x, y, z: (x / 5) ** 2 + (y / 1.5) ** 2 + (z / 0.5) ** 2 - 1, (5.2, 1.7, 0.6), 40)
     yield "knot", level_set(knot(), (3.4, 3.4, 1.4), 44)
     yield "dumbbell", level_set(dumbbell, (3.2, 1.2, 1.2), 50)
