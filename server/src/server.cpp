@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <thread>
 #include <utility>
 
 #include "amhex/mesher.h"
@@ -56,8 +57,23 @@ constexpr int kKeptBytes = 16 << 20;
 // What is larger than the largest message comes from the kernel on its own.
 constexpr int kOwnMappingBytes = 4 << 20;
 
+// Of the allocator's arenas by default there are eight per core. Chunks wander from thread to
+// thread, so that each arena comes to hold pages of its own that were zeroed for it. As many as
+// cores keep threads from waiting for each other.
+constexpr unsigned kLeastArenas = 2;
+
+// How the bytes of a blob come in. From a socket gRPC takes 8 KiB at first by default, in frames of
+// 16 KiB; how much of a stream may be under way before its reader asks for it is a message of the
+// largest size. Measured in docs/performance.md, "Throughput"; the least that is read at a time
+// stays gRPC's, as each idle connection holds that much.
+constexpr int kSocketReadBytes = 256 << 10;
+constexpr int kFrameBytes = 1 << 20;
+constexpr int kStreamWindowBytes = 4 << 20;
+
 // mallopt is not for several threads at once; only the one that starts the server calls it.
 void KeepMemoryOfChunks() {
+  const auto arenas = static_cast<int>(std::max(kLeastArenas, std::thread::hardware_concurrency()));
+  mallopt(M_ARENA_MAX, arenas);                 // NOLINT(concurrency-mt-unsafe)
   mallopt(M_TRIM_THRESHOLD, kKeptBytes);        // NOLINT(concurrency-mt-unsafe)
   mallopt(M_MMAP_THRESHOLD, kOwnMappingBytes);  // NOLINT(concurrency-mt-unsafe)
 }
@@ -108,6 +124,12 @@ void BoundMessageMemory(int64_t bytes, grpc::ServerBuilder* builder) {
   grpc::ResourceQuota quota("messages");
   quota.Resize(static_cast<size_t>(bytes));
   builder->SetResourceQuota(quota);
+}
+
+void SetTransferArguments(grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kSocketReadBytes);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_FRAME_SIZE, kFrameBytes);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kStreamWindowBytes);
 }
 
 void SetConnectionArguments(const Limits& limits, grpc::ServerBuilder* builder) {
@@ -222,6 +244,7 @@ absl::Status Server::Parts::StartGrpc() {
   builder.SetMaxReceiveMessageSize(max_message);
   builder.SetMaxSendMessageSize(max_message);
   SetConnectionArguments(options.limits, &builder);
+  SetTransferArguments(&builder);
   BoundMessageMemory(options.message_memory_bytes, &builder);
   builder.RegisterService(meshing_service.get());
   builder.RegisterService(blob_service.get());
