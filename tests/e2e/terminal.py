@@ -95,7 +95,11 @@ class Try:
         (folder / "bin").mkdir(parents=True)
         (folder / "bin/amhex").symlink_to(amhex)
         self.environment = {"PATH": f"{folder}/bin:{os.environ['PATH']}", "AMHEXD": str(amhexd), "HOME": str(folder), "TERM": "xterm",
-                            "TMPDIR": "/tmp", "LC_ALL": "C.UTF-8", "PS1": "ready> ", "TSAN_OPTIONS": os.environ.get("TSAN_OPTIONS", "")}
+                            "TMPDIR": "/tmp", "LC_ALL": "C.UTF-8", "PS1": "ready> "}
+        # What a build with sanitizers needs.
+        for name in ("TSAN_OPTIONS", "ASAN_OPTIONS", "UBSAN_OPTIONS", "AMHEX_WORKER_MEMORY_BYTES"):
+            if name in os.environ:
+                self.environment[name] = os.environ[name]
 
     def run(self, *words):
         return subprocess.run([self.amhex, *map(str, words)], cwd=self.folder, env=self.environment, capture_output=True, text=True,
