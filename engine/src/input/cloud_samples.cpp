@@ -257,6 +257,7 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   Note(SettleSpacing(hoods, samples), kOutliersLeftOut, warnings);
   if (!has_normals) {
+    AMHEX_RETURN_IF_ERROR(TurnInsideOutSamples(run, samples).status());
     AMHEX_ASSIGN_OR_RETURN(const int64_t turned, HollowNestedParts(run, samples));
     Note(turned,
          "closed parts of the cloud within others, taken for cavities without normals to tell",

@@ -20,9 +20,9 @@ struct CloudSamples {
 // Joins equal points, leaves out those without a direction and outliers, and
 // measures how much surface each sample stands for: from the distance to the 12th neighbour that
 // looks to the same side, the median of the neighbourhood taken. A cloud without normals, or with
-// none that points anywhere, gets them from EstimateNormals and HollowNestedParts; given ones that
-// look into the cloud are turned, and those that scatter more than the points do are evened out.
-// One warning per thing repaired.
+// none that points anywhere, gets them from EstimateNormals, TurnInsideOutSamples and
+// HollowNestedParts; given ones that look into the cloud are turned, and those that scatter more
+// than the points do are evened out. One warning per thing repaired.
 absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& run,
                                           std::vector<std::string>& warnings);
 

@@ -27,6 +27,11 @@ constexpr double kProbeDepth = 1.0;
 // below some, and at sharp edges estimated normals look anywhere.
 constexpr double kClosedShare = 0.8;
 constexpr double kInside = 0.5;  // winding number, as for the surface that is made of them
+// No solid's winding number is below this, so that a sample whose normal leads there looks into
+// what it bounds, unless there is solid on its other side.
+constexpr double kInsideOut = -0.5;
+// Samples asked before all are.
+constexpr size_t kInsideOutProbes = 500;
 // Neighbours that see each other within some 45 degrees of both their normals are the two sides of
 // a wall; those of one surface have others beside them.
 constexpr double kAboveCosine = 0.7;
@@ -118,7 +123,33 @@ bool LiesIn(const Part& inner, const Part& outer) {
                      [&](const Vec3d& p) { return outer.discs->WindingNumber(p) > kInside; });
 }
 
+bool LooksIntoItsSolid(const CloudSamples& samples, const HullQueries& discs, size_t i) {
+  const Vec3d up = samples.normal[i] * (kProbeDepth * samples.spacing[i]);
+  return discs.WindingNumber(samples.position[i] + up) < kInsideOut &&
+         discs.WindingNumber(samples.position[i] - up) < kInside;
+}
+
 }  // namespace
+
+absl::StatusOr<int64_t> TurnInsideOutSamples(RunContext& run, CloudSamples& samples) {
+  const size_t count = samples.position.size();
+  const TriangleMesh soup = DiscSoup(samples);
+  const HullQueries discs(soup.vertices, soup.triangles, StopPoll(run));
+  bool any = false;
+  const size_t step = (count + kInsideOutProbes - 1) / kInsideOutProbes;
+  for (size_t i = 0; i < count && !any; i += step) any = LooksIntoItsSolid(samples, discs, i);
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  if (!any) return 0;
+  std::vector<uint8_t> turn(count, 0);
+  tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+    if (!run.ShouldStop()) turn[i] = LooksIntoItsSolid(samples, discs, i);
+  });
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  for (size_t i = 0; i < count; ++i) {
+    if (turn[i] != 0) samples.normal[i] = -samples.normal[i];
+  }
+  return std::count(turn.begin(), turn.end(), 1);
+}
 
 absl::StatusOr<int64_t> HollowNestedParts(RunContext& run, CloudSamples& samples) {
   AMHEX_ASSIGN_OR_RETURN(std::vector<Part> parts, FindParts(samples, run));

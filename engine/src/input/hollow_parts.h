@@ -1,4 +1,4 @@
-// Cavities of clouds that came without normals: which side of a nested part is solid.
+// Clouds that came without normals: which side of a part is solid.
 #pragma once
 
 #include <cstdint>
@@ -15,5 +15,10 @@ namespace amhex {
 // that bound no solid of their own or lie only partly in others stay as they are. Returns how many
 // were turned. O(n log n) for few parts, besides quadratic in their number.
 absl::StatusOr<int64_t> HollowNestedParts(RunContext& run, CloudSamples& samples);
+
+// Turns the normals of samples that look into what they bound: winding numbers below zero above
+// them tell. One orientation carried on from neighbour to neighbour is wrong behind every place
+// where two bodies touch. Returns how many were turned. O(n log n).
+absl::StatusOr<int64_t> TurnInsideOutSamples(RunContext& run, CloudSamples& samples);
 
 }  // namespace amhex

@@ -62,6 +62,25 @@ TEST(HollowParts, ABallWithinABallIsACavity) {
   EXPECT_TRUE(TellsOfCavities(*hull, 1));
 }
 
+// Where they touch, nothing tells one ball's points from the other's, whose normals look the other
+// way.
+TEST(HollowParts, BallsThatTouchAreBothSolid) {
+  constexpr size_t kPoints = 3000;
+  PointCloud cloud = fixtures::SampleSurface(MakeSphere(1, kSpacing), kPoints, 1);
+  for (const Vec3d& p : fixtures::SampleSurface(MakeSphere(1, kSpacing), kPoints, 2).points) {
+    cloud.points.push_back(p + Vec3d{2, 0, 0});
+  }
+  cloud.normals.clear();
+  MeshingParams params;
+  params.sizing.cell_count = 500;
+  RunContext run;
+  const auto hull = BuildHull(cloud, params, run);
+  ASSERT_TRUE(hull.ok()) << hull.status();
+  EXPECT_TRUE(IsSolid(*hull, {0, 0, 0}));
+  EXPECT_TRUE(IsSolid(*hull, {2, 0, 0}));
+  EXPECT_NEAR(UserVolume(*hull), 2 * Ball(1), 0.05 * Ball(1));
+}
+
 TEST(HollowParts, ABoxWithinABoxIsACavityWhereverItLies) {
   const auto hull =
       BuildWithoutNormals(Joined(CubeAbout({0, 0, 0}, 4), CubeAbout({0.6, 0.5, -0.4}, 2)));
