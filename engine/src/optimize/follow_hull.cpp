@@ -13,6 +13,7 @@
 #include "base/status_macros.h"
 #include "closure/boundary_defects.h"
 #include "closure/working_mesh.h"
+#include "optimize/draw_jointly.h"
 #include "optimize/gap_closer.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
@@ -26,8 +27,9 @@ namespace {
 // (place_vertices).
 constexpr double kLeastFloor = 0.31;
 constexpr double kMostFloor = 0.5;
-// Moving on the hull costs cells around; sweeps regain what they can. Twice, because the sweeps
-// move the boundary too.
+// Moving vertices costs cells around; sweeps regain what they can. Single ones twice, because the
+// sweeps move the boundary too. Before and after, places are drawn jointly: before, because that
+// costs the cells less than what single vertices do.
 constexpr int kPasses = 2;
 constexpr int kSweepsPerPass = 10;
 constexpr double kAverageTarget = 0.99;
@@ -103,10 +105,54 @@ class Follower {
         sampling_(sampling),
         limits_(limits),
         floor_(FloorFor(SummarizeQuality(placement.complex).min_scaled_jacobian)),
-        closer_(placement, sampling, limits, floor_) {}
+        closer_(placement, sampling, limits, floor_),
+        draw_(placement, sampling, limits, floor_) {}
 
-  // One after the other, but each is looked at side by side with others first: what was found then
-  // holds as long as nothing that it depends on has moved.
+  absl::Status Run(const RunContext& run) {
+    const StopPoll poll(run);
+    GapsAround gaps = FindGaps(kWorthLooking * limits_.limit, poll);
+    if (gaps.empty()) return absl::OkStatus();
+    AMHEX_RETURN_IF_ERROR(Draw(gaps, run));
+    for (int pass = 0; pass < kPasses; ++pass) {
+      gaps = FindGaps(kWorthLooking * limits_.limit, poll);
+      if (gaps.empty()) return absl::OkStatus();
+      AMHEX_RETURN_IF_ERROR(CloseGaps(gaps.All(), run));
+      AMHEX_RETURN_IF_ERROR(
+          RegainQuality(closer_.moved(), run, [&](size_t v) { return closer_.moved()[v] != 0; }));
+    }
+    return Draw(FindGaps(limits_.limit, poll), run);
+  }
+
+ private:
+  struct GapsAround {
+    std::vector<Gap> surface, creases;  // each farthest first
+    bool empty() const { return surface.empty() && creases.empty(); }
+    std::vector<Gap> All() const {
+      std::vector<Gap> all = surface;
+      all.insert(all.end(), creases.begin(), creases.end());
+      return all;
+    }
+  };
+  GapsAround FindGaps(double beyond, const StopPoll& poll) const {
+    return {sampling_.GapsBeyond(beyond, poll), sampling_.CreaseGapsBeyond(limits_.creases, poll)};
+  }
+
+  // Those beyond the limits, jointly.
+  absl::Status Draw(GapsAround gaps, const RunContext& run) {
+    std::erase_if(gaps.surface, [&](const Gap& gap) { return gap.distance <= limits_.limit; });
+    if (gaps.empty()) return absl::OkStatus();
+    const std::vector<Vec3d> before = placement_.complex.vertices;
+    const bool any = draw_.Run(Distinct(gaps.All(), StopPoll(run)), run);
+    AMHEX_RETURN_IF_ERROR(run.CheckStop());
+    if (!any) return absl::OkStatus();
+    NoteStirred(before);
+    return RegainQuality(draw_.moved(), run, [&](size_t v) {
+      return placement_.neighbourhoods.hull_faces[static_cast<int64_t>(v)].size() > 0;
+    });
+  }
+
+  // By single vertices. One after the other, but each is looked at side by side with others first:
+  // what was found then holds as long as nothing that it depends on has moved.
   absl::Status CloseGaps(const std::vector<Gap>& gaps, const RunContext& run) {
     const std::vector<Gap> distinct = Distinct(gaps, StopPoll(run));
     std::vector<GapRecord> done;
@@ -142,31 +188,36 @@ class Follower {
     return absl::OkStatus();
   }
 
-  // Raises the average around what has moved, which stays.
-  absl::Status RegainQuality(const RunContext& run) {
+  // Raises the average around what has moved; what `stays` says does.
+  template <class Stays>
+  absl::Status RegainQuality(const std::vector<uint8_t>& moved, const RunContext& run,
+                             const Stays& stays) {
     const std::vector<Vec3d> before = placement_.complex.vertices;
-    const std::vector<uint8_t>& moved = closer_.moved();
+    const std::vector<VertexConstraint> constraints = placement_.constraints.vertex;
     SweepMemory memory = StartSweeps(static_cast<int64_t>(moved.size()));
     std::fill(memory.active.begin(), memory.active.end(), 0);
     NoteMoves(moved, placement_, memory, StopPoll(run));
     for (size_t v = 0; v < moved.size(); ++v) {
-      if (moved[v]) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
+      if (stays(v)) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
     }
     AMHEX_RETURN_IF_ERROR(RunSweeps(
         placement_,
         {QualityAim::kAverage, kAverageTarget, floor_, CornerPenalty{.kind = EnergyKind::kMinima}},
         kSweepsPerPass, memory, run));
     RaiseJointly(placement_, kJointlyWanted, run);
-    AMHEX_RETURN_IF_ERROR(run.CheckStop());
+    placement_.constraints.vertex = constraints;
+    NoteStirred(before);
+    return run.CheckStop();
+  }
+
+  void NoteStirred(const std::vector<Vec3d>& before) {
     for (size_t v = 0; v < before.size(); ++v) {
       if (Norm(placement_.complex.vertices[v] - before[v]) > kStirred) {
         closer_.NoteChange(static_cast<int32_t>(v));
       }
     }
-    return absl::OkStatus();
   }
 
- private:
   static size_t NextBatch(size_t size, double share_again) {
     if (share_again > kOftenAgain) return std::max(size / 2, kFewestPerBatch);
     return share_again <= kSeldomAgain ? std::min(2 * size, kMostPerBatch) : size;
@@ -183,6 +234,7 @@ class Follower {
   const DeviationLimits& limits_;
   const double floor_;
   GapCloser closer_;
+  JointDraw draw_;
 };
 
 // Takes moves back until the boundary is an embedding again.
@@ -219,13 +271,7 @@ absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
   const DeviationLimits limits = LimitsFor(hull);
   const std::vector<Vec3d> before = complex.vertices;
   Follower follower(placement, sampling, limits);
-  for (int pass = 0; pass < kPasses; ++pass) {
-    std::vector<Gap> gaps = sampling.GapsBeyond(kWorthLooking * limits.limit, poll);
-    for (const Gap& gap : sampling.CreaseGapsBeyond(limits.creases, poll)) gaps.push_back(gap);
-    if (gaps.empty()) break;
-    AMHEX_RETURN_IF_ERROR(follower.CloseGaps(gaps, run));
-    AMHEX_RETURN_IF_ERROR(follower.RegainQuality(run));
-  }
+  AMHEX_RETURN_IF_ERROR(follower.Run(run));
   TakeBackDefects(hull, before, poll, &complex);
   return complex;
 }

@@ -1,5 +1,5 @@
-// Moves single vertices of the boundary where hull and boundary are farther from each other than is
-// wanted although the vertices lie on the hull.
+// Moves vertices of the boundary where hull and boundary are farther from each other than is wanted
+// although the vertices lie on the hull.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -12,8 +12,9 @@ namespace amhex {
 
 // Where a sample of the hull is farther from the boundary, or the boundary from the hull, than the
 // larger of 0.5 % of the diagonal and a sixth of an edge length, or a crease farther than a tenth
-// from the boundary's edges, the vertices around are moved on the hull, one by one, to where the
-// distances around them are less: a ridge between two vertices gets one of them. No cell falls
+// from the boundary's edges, the vertices around are drawn jointly to where the distances are less,
+// off the hull by as much as does not count if need be (draw_jointly), and moved on the hull one by
+// one (gap_closer): a ridge between two vertices gets one of them. No cell falls
 // below both what the poorest around the vertex had and 0.31, none folds, corners and vertices of
 // creases stay on them. Where the boundary would cross itself afterwards, and before parts of the
 // hull farther than an edge length away, which are lost, vertices stay.

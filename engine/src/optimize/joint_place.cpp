@@ -33,6 +33,7 @@ constexpr Guard kSagGuard = {0.1, 0.004, 10};  // edge lengths
 constexpr Guard kAgreementGuard = {0.3, 0.01, 10};
 constexpr Guard kFoldGuard = {kNearFolding, 0.002, 20};
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
+constexpr double kOnFeature = 0.02;       // a vertex this near to its crease is on it
 
 void Append(ArrayView<const int32_t> items, std::vector<int32_t>* list) {
   list->insert(list->end(), items.data, items.data + items.size);
@@ -50,6 +51,20 @@ JointPlace::JointPlace(Placement& placement)
     : view_(ViewOf(placement)), point_of_(static_cast<size_t>(view_.vertices.size), -1) {}
 
 void JointPlace::Enter(const std::vector<int32_t>& poor) {
+  is_loose_ = false;
+  Collect(poor);
+  start_ = Judge(0);
+}
+
+void JointPlace::EnterLoosely(const std::vector<int32_t>& cells, double floor) {
+  is_loose_ = true;
+  Collect(cells);
+  faces_.clear();
+  start_ = Judge(0);
+  start_.least = std::min(start_.least, floor);
+}
+
+void JointPlace::Collect(const std::vector<int32_t>& poor) {
   std::vector<int32_t> vertices;
   const auto add_vertices_of = [&](int64_t c) {
     vertices.insert(vertices.end(), view_.cells[c].begin(), view_.cells[c].end());
@@ -72,7 +87,17 @@ void JointPlace::Enter(const std::vector<int32_t>& poor) {
   }
   SortUnique(cells_);
   SortUnique(faces_);
-  start_ = Judge(0);
+}
+
+// Where it may be; anywhere if it may leave the hull.
+VertexConstraint JointPlace::ConstraintOf(int32_t vertex) const {
+  const VertexConstraint& constraint = view_.constraints[vertex];
+  if (!is_loose_) return constraint;
+  const bool is_on_crease =
+      constraint.kind == Constraint::kCrease &&
+      Norm(Constrain(constraint, view_.vertices[vertex], view_.features).point -
+           view_.vertices[vertex]) < kOnFeature;
+  return is_on_crease ? constraint : VertexConstraint();
 }
 
 void JointPlace::Leave() {
@@ -106,8 +131,19 @@ PlaceJudgement JointPlace::Judge(double wanted) const {
   return result;
 }
 
-bool JointPlace::IsPermittedGain(const PlaceJudgement& now, const PlaceJudgement& then) const {
-  if (then.lack >= now.lack || then.least < start_.least) return false;
+double JointPlace::LackOfCells() const {
+  double lack = 0;
+  for (const int32_t c : cells_) {
+    const CellPattern& pattern = view_.PatternOf(c);
+    CornerJacobians jacobians;
+    ScaledJacobians(pattern, PositionsOf(c), jacobians);
+    lack += 1 - *std::min_element(jacobians.begin(), jacobians.begin() + pattern.corner_count);
+  }
+  return lack;
+}
+
+bool JointPlace::IsPermitted(const PlaceJudgement& then) const {
+  if (then.least < start_.least) return false;
   for (size_t i = 0; i < cells_.size(); ++i) {
     if (then.fold_margin[i] <= 0 && then.fold_margin[i] < start_.fold_margin[i]) return false;
   }
@@ -145,12 +181,14 @@ void JointPlace::MoveBack(const std::vector<Vec3d>& positions) {
   for (size_t i = 0; i < moving_.size(); ++i) view_.vertices[moving_[i]] = positions[i];
 }
 
-HingeFit JointPlace::FitHere(const PlaceJudgement& now, double wanted) {
+HingeFit JointPlace::FitHere(const PlaceJudgement& now, double wanted,
+                             const std::vector<VertexRow>& others) {
   freedoms_.clear();
   for (const int32_t v : moving_) {
     const Vec3d& p = view_.vertices[v];
-    const ConstrainedPoint at = Constrain(view_.constraints[v], p, view_.features);
-    freedoms_.push_back({AxesAt(view_.constraints[v], at), at.point, p - at.point});
+    const VertexConstraint constraint = ConstraintOf(v);
+    const ConstrainedPoint at = Constrain(constraint, p, view_.features);
+    freedoms_.push_back({constraint, AxesAt(constraint, at), at.point, p - at.point});
   }
   Rows rows, guards;
   for (const int32_t c : cells_) AppendCorners(c, wanted, &rows, &guards);
@@ -169,6 +207,12 @@ HingeFit JointPlace::FitHere(const PlaceJudgement& now, double wanted) {
   }
   KeepWorst(&rows);
   KeepWorst(&guards);
+  for (const VertexRow& other : others) {
+    guards.push_back({other.lack, {}});
+    for (const VertexRow::Slope& slope : other.slopes) {
+      AppendSlope(slope.vertex, slope.fall, &guards.back());
+    }
+  }
   rows.insert(rows.end(), guards.begin(), guards.end());
   return HingeFit(std::move(rows), static_cast<int64_t>(moving_.size()));
 }
@@ -279,7 +323,7 @@ void JointPlace::Move(const std::vector<Vec3d>& moves) {
   double longest = kLongestMove;
   for (const Vec3d& move : moves) longest = std::max(longest, Norm(move));
   for (size_t i = 0; i < moving_.size(); ++i) {
-    const VertexConstraint& constraint = view_.constraints[moving_[i]];
+    const VertexConstraint& constraint = freedoms_[i].constraint;
     Vec3d place = view_.vertices[moving_[i]] + moves[i] * (kLongestMove / longest);
     if (constraint.kind != Constraint::kFree) {
       // As in VertexSearch: one that has not reached the hull keeps its offset.

@@ -21,6 +21,16 @@ struct PlaceJudgement {
   std::vector<double> sag;          // [hull face] 0 where it may sag freely
 };
 
+// Something else that is wanted of the vertices, and how that falls as they move.
+struct VertexRow {
+  double lack = 0;  // what is not positive counts for nothing
+  struct Slope {
+    int32_t vertex = 0;
+    Vec3d fall;  // of the lack, as the vertex moves
+  };
+  std::vector<Slope> slopes;  // each vertex once
+};
+
 // One object for one place after the other; the placement must outlive it.
 class JointPlace {
  public:
@@ -29,19 +39,29 @@ class JointPlace {
   // Goes to the place of these cells. What may move are their vertices and those of the cells at
   // them, as far as constraints admit.
   void Enter(const std::vector<int32_t>& poor);
+  // The same, but vertices that are on no crease or corner may leave the hull, whose faces may sag;
+  // scaled Jacobians may fall to `floor`.
+  void EnterLoosely(const std::vector<int32_t>& cells, double floor);
   // Brings the survey up to date.
   void Leave();
 
   bool MayMove() const { return !moving_.empty(); }
+  const std::vector<int32_t>& moving() const { return moving_; }  // vertices, ascending
+  // What the cells lack to a scaled Jacobian of 1, each at its worst corner.
+  double LackOfCells() const;
   PlaceJudgement Judge(double wanted) const;
   // Whether less is lacking in `then` than in `now`, and nothing is broken that was not when the
   // place was entered: cells that fold, a lower least scaled Jacobian, hull faces that turn from
   // the hull or sag.
-  bool IsPermittedGain(const PlaceJudgement& now, const PlaceJudgement& then) const;
+  bool IsPermittedGain(const PlaceJudgement& now, const PlaceJudgement& then) const {
+    return then.lack < now.lack && IsPermitted(then);
+  }
+  bool IsPermitted(const PlaceJudgement& then) const;
 
   // What the corners lack to what is wanted, and what must not be broken, as linear functions of
   // moves from here. `now`: judged here.
-  HingeFit FitHere(const PlaceJudgement& now, double wanted);
+  HingeFit FitHere(const PlaceJudgement& now, double wanted,
+                   const std::vector<VertexRow>& others = {});
   // Moves the vertices as a fit of here has it, all by the same share where one would move far.
   void Move(const std::vector<Vec3d>& moves);
 
@@ -50,6 +70,8 @@ class JointPlace {
 
  private:
   using Rows = std::vector<HingeRow>;
+  void Collect(const std::vector<int32_t>& cells);
+  VertexConstraint ConstraintOf(int32_t vertex) const;
   void AppendCorners(int32_t cell, double wanted, Rows* rows, Rows* guards) const;
   void AppendFoldGuard(int32_t cell, double now, double least, Rows* rows);
   void AppendAgreementGuard(int32_t vertex, double now, double least, Rows* rows);
@@ -67,6 +89,7 @@ class JointPlace {
   CellPositions PositionsOf(int32_t cell) const;
 
   struct Freedom {
+    VertexConstraint constraint;
     FreeAxes axes;
     Vec3d foot;    // where the constraint admits the vertex, nearest to it
     Vec3d offset;  // of the vertex from there
@@ -78,6 +101,7 @@ class JointPlace {
   std::vector<int32_t> cells_, faces_;  // all at those, ascending
   std::vector<Freedom> freedoms_;       // [index into moving_] where the last fit was made
   PlaceJudgement start_;                // its lack is not used
+  bool is_loose_ = false;
 };
 
 }  // namespace amhex

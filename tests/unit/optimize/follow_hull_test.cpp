@@ -15,60 +15,19 @@
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
-#include "support/hull_of_mesh.h"
+#include "support/roof.h"
 
 namespace amhex {
 namespace {
 
+using testing_support::CubesUnder;
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
+using testing_support::HullUnder;
+using testing_support::Roof;
 
-constexpr GridSize kSize{6, 4, 3};
-
-// A box whose top bears a roof along y, one edge length to either side of `ridge_x`.
-struct Roof {
-  double ridge_x;
-  double height;
-  GridSize size = kSize;
-  double At(double x) const { return height * std::max(0.0, 1 - std::abs(x - ridge_x)); }
-};
-
-Hull HullUnder(const Roof& roof) {
-  TriangleMesh mesh;
-  const double stations[] = {0, roof.ridge_x - 1, roof.ridge_x, roof.ridge_x + 1,
-                             double(roof.size.nx)};
-  for (const double y : {0.0, double(roof.size.ny)}) {
-    for (const double x : stations) {
-      mesh.vertices.push_back({x, y, 0});
-      mesh.vertices.push_back({x, y, roof.size.nz + roof.At(x)});
-    }
-  }
-  const auto add_quad = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
-    mesh.triangles.push_back({a, b, c});
-    mesh.triangles.push_back({a, c, d});
-  };
-  constexpr int32_t kBack = 10;  // behind the vertices of the front
-  for (int32_t low = 0; low < 8; low += 2) {
-    const int32_t high = low + 1;
-    add_quad(low, low + 2, high + 2, high);
-    add_quad(kBack + low, kBack + high, kBack + high + 2, kBack + low + 2);
-    add_quad(low, kBack + low, kBack + low + 2, low + 2);
-    add_quad(high, high + 2, kBack + high + 2, kBack + high);
-  }
-  add_quad(0, 1, kBack + 1, kBack);
-  add_quad(8, kBack + 8, kBack + 9, 9);
-  return testing_support::HullOfMesh(mesh);
-}
-
-// Cubes whose uppermost vertices were lifted onto the roof: none is on the ridge.
-CellComplex CubesUnder(const Roof& roof) {
-  CellComplex complex = GridComplex(roof.size);
-  for (Vec3d& p : complex.vertices) {
-    if (p.z == roof.size.nz) p.z += roof.At(p.x);
-  }
-  return complex;
-}
+constexpr GridSize kSize = Roof().size;
 
 CellComplex Followed(const CellComplex& complex, const Hull& hull) {
   const RunContext run;

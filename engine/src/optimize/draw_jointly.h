@@ -1,0 +1,52 @@
+// Draws the boundary to the hull where moves of single vertices gain little: all vertices around a
+// gap move together, and the cells below them give way.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "amhex/run_context.h"
+#include "optimize/hull_deviation.h"
+#include "optimize/placement.h"
+
+namespace amhex {
+
+class JointGaps;
+class JointPlace;
+
+class JointDraw {
+ public:
+  // No cell that is better may fall below `floor`. All must outlive this; cells, constraints and
+  // faces must be those of the sampling.
+  JointDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
+            double floor);
+
+  // One place after the other, in the order of the gaps: its vertices move by least squares until
+  // hull, creases and boundary are as near as they should be all around it, or nothing is gained.
+  // Vertices on no crease may leave the hull by as much as does not count, which brings faces
+  // nearer whose corners alone lie on it. A place where something is lost (gap_closer) stays, and
+  // so does one that costs its cells more than it is worth. The survey is brought up to date where
+  // vertices move. Ends early when the run is to stop. Returns whether any place has moved.
+  //
+  // Nothing moves where gaps are everywhere. Work: some tens of steps over the cells of a few dozen
+  // vertices for a gap, for a fiftieth as many gaps as there are cells at most, or 96.
+  bool Run(const std::vector<Gap>& gaps, const RunContext& run);
+
+  // [vertex] 1: moved so far.
+  const std::vector<uint8_t>& moved() const { return moved_; }
+
+ private:
+  enum class Outcome : uint8_t { kNotTried, kStayed, kMoved };
+  Outcome DrawPlace(int32_t cell, JointPlace& place, JointGaps& around, const RunContext& run);
+  int32_t CellAt(const Gap& gap) const;
+
+  Placement& placement_;
+  const HullSampling& sampling_;
+  const DeviationLimits& limits_;
+  const double floor_;
+  std::vector<uint8_t> moved_;
+  std::map<int32_t, double> in_vain_;  // [cell] what its place lacked when it stayed
+};
+
+}  // namespace amhex
