@@ -93,11 +93,11 @@ TEST(VolumeReader, VtuPolyhedraKeepTheirFaces) {
 }
 
 TEST(VolumeReader, VtuPolyhedraWithoutTheirFacesAreRefused) {
-  const char* const kFaces = "4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3";
-  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "17"))), HasSubstr("lists no faces"));
-  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "-1 18"))),
+  const char* const faces = "4 3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3";
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(faces, "17"))), HasSubstr("lists no faces"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(faces, "-1 18"))),
               HasSubstr("offset of cell 1 is wrong"));
-  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(kFaces, "-1 16"))), HasSubstr("cut short"));
+  EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron(faces, "-1 16"))), HasSubstr("cut short"));
   EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron("4 3 0 2 9 3 0 1 3 3 1 2 3 3 2 0 3", "-1 17"))),
               HasSubstr("names vertex 9"));
   EXPECT_THAT(Message(ReadVtuVolume(VtuOfPolyhedron("1 3 0 0.5 1", "-1 5"))),

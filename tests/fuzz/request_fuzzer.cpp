@@ -66,8 +66,8 @@ void TryRead(const amhex::v1::ReadBlobRequest& request) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace amhex::server;
   namespace v1 = amhex::v1;
-  static const auto silenced = google::protobuf::SetLogHandler(nullptr);
-  static_cast<void>(silenced);
+  static const auto kSilenced = google::protobuf::SetLogHandler(nullptr);
+  static_cast<void>(kSilenced);
   if (size == 0) return 0;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   const Limits limits;

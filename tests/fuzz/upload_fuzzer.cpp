@@ -200,11 +200,11 @@ class Run {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace amhex::server;
-  static const auto silenced = google::protobuf::SetLogHandler(nullptr);
-  static_cast<void>(silenced);
-  static const Place place;
+  static const auto kSilenced = google::protobuf::SetLogHandler(nullptr);
+  static_cast<void>(kSilenced);
+  static const Place kPlace;
   Steps steps(data, size);
-  Run run(place.store.get());
+  Run run(kPlace.store.get());
   while (!steps.AtEnd()) run.Step(&steps);
   return 0;
 }

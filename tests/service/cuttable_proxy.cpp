@@ -1,10 +1,14 @@
 #include "cuttable_proxy.h"
 
 #include <arpa/inet.h>
+#include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
 
 #include "absl/time/clock.h"
 
@@ -41,8 +45,9 @@ CuttableProxy::CuttableProxy(const std::string& target_host, int target_port)
   listener_ = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address = SocketAddress("127.0.0.1", 0);
   socklen_t size = sizeof(address);
-  bind(listener_, reinterpret_cast<sockaddr*>(&address), size);
-  listen(listener_, 64);
+  const bool is_listening = bind(listener_, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
+                            listen(listener_, 64) == 0;
+  EXPECT_TRUE(is_listening) << std::generic_category().message(errno);
   getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
   port_ = ntohs(address.sin_port);
   threads_.emplace_back([this] { Serve(); });

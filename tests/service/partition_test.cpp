@@ -21,12 +21,12 @@ class Lab {
  protected:
   Lab() { InLab(); }
   static bool InLab() {
-    static const bool is_permitted = [] {
+    static const bool kIsPermitted = [] {
       const bool is_inside = EnterNetworkLab();
       if (is_inside) SetOwnAddress("10.77.0.1");  // the database's
       return is_inside;
     }();
-    return is_permitted;
+    return kIsPermitted;
   }
 };
 

@@ -89,7 +89,7 @@ class Block {
     own.value[parity] = value;
     WaitFor(Wait::kWarp, site);
     WarpValues values;
-    const size_t first = static_cast<size_t>(current_ / kLanesPerWarp * kLanesPerWarp);
+    const size_t first = static_cast<size_t>(current_) / kLanesPerWarp * kLanesPerWarp;
     for (size_t i = 0; i < kLanesPerWarp; ++i) values[i] = lanes_[first + i].value[parity];
     return values;
   }
@@ -201,6 +201,7 @@ struct BlockIndex {
 }  // namespace amhex::lockstep
 
 // CUDA's words, as far as the kernels use them.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 inline const amhex::lockstep::LaneIndex threadIdx{};
 inline const amhex::lockstep::BlockSize blockDim{};
 inline amhex::lockstep::BlockIndex blockIdx{};
@@ -226,6 +227,7 @@ inline int32_t atomicAdd(int32_t* target, int32_t value) {
   *target += value;
   return before;
 }
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace amhex::lockstep {
 

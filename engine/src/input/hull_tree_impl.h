@@ -53,7 +53,7 @@ class HullTreeBuild {
     // for every four triangles, where there is room for two per triangle.
     constexpr int64_t kOfTriangle = 2 * sizeof(HullTriangle) + sizeof(Vec3d) + 3 * sizeof(int32_t);
     constexpr int64_t kOfNode = sizeof(HullNode) + sizeof(HullDipole);
-    constexpr int64_t kRoomForNodes = 2 * 3 * sizeof(int32_t);
+    constexpr int64_t kRoomForNodes = int64_t{2} * 3 * sizeof(int32_t);
     return task.triangles.size * (kOfTriangle + kRoomForNodes + kOfNode * 3 / 4);
   }
 

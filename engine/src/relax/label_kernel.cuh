@@ -76,7 +76,8 @@ __device__ inline void AddSecondSums(unsigned owned, const LatticePoint& offset,
 __device__ inline void StoreLabel(const LabelTileBody& body, const WarpCube& cube, int block,
                                   int32_t site) {
   if (body.labels.empty()) return;
-  const int64_t first = static_cast<int64_t>(cube.item) * kTilePoints + block * kBlockPoints;
+  const int64_t first =
+      static_cast<int64_t>(cube.item) * kTilePoints + int64_t{block} * kBlockPoints;
   body.labels[first + static_cast<int>(threadIdx.x) % kWarpWidth] = site;
 }
 

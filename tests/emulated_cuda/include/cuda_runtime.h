@@ -14,6 +14,8 @@
 #include "emulated_cuda/emulated_device.h"
 #include "support/lockstep.h"
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 enum cudaError_t : int {
   cudaSuccess = amhex::emulated::kSuccess,
   cudaErrorInvalidValue = amhex::emulated::kInvalidValue,
@@ -321,3 +323,4 @@ inline cudaError_t cudaGraphLaunch(cudaGraphExec_t executable, cudaStream_t stre
     return amhex::emulated::kSuccess;
   });
 }
+// NOLINTEND(readability-identifier-naming)

@@ -41,6 +41,7 @@ class CudaParityOfTheHierarchy : public testing::Test {
       const HullNode &m = a.nodes[i], &n = b.nodes[i];
       ASSERT_TRUE(m.low == n.low && m.high == n.high) << "node " << i;
       ASSERT_TRUE(m.begin == n.begin && m.end == n.end && m.right == n.right) << "node " << i;
+      // Bits, not numbers. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
       ASSERT_EQ(std::memcmp(&a.dipoles[i], &b.dipoles[i], sizeof(HullDipole)), 0) << "node " << i;
     }
   }

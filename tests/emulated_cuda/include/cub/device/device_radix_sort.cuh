@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 namespace cub {
 
 struct DeviceRadixSort {
@@ -41,3 +43,4 @@ struct DeviceRadixSort {
 };
 
 }  // namespace cub
+// NOLINTEND(readability-identifier-naming)

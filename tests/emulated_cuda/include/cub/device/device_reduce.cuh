@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 namespace cuda::std {
 
 template <class T = void>
@@ -36,3 +38,4 @@ struct DeviceReduce {
 };
 
 }  // namespace cub
+// NOLINTEND(readability-identifier-naming)

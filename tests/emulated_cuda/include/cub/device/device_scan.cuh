@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 namespace cub {
 
 struct DeviceScan {
@@ -31,3 +33,4 @@ struct DeviceScan {
 };
 
 }  // namespace cub
+// NOLINTEND(readability-identifier-naming)

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 namespace thrust {
 
 template <class T>
@@ -15,3 +17,4 @@ struct counting_iterator {
 };
 
 }  // namespace thrust
+// NOLINTEND(readability-identifier-naming)

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+// NOLINTBEGIN(readability-identifier-naming): CUDA's names
+
 namespace thrust {
 
 template <class Iterator, class Function>
@@ -18,3 +20,4 @@ transform_iterator<Iterator, Function> make_transform_iterator(Iterator values, 
 }
 
 }  // namespace thrust
+// NOLINTEND(readability-identifier-naming)
