@@ -166,6 +166,9 @@ test_errors() {
   refuses "a list of no server" 2 "AMHEX_SERVER" list
   refuses "a scan as STL" 2 "--surface writes one" demo -o scan.stl
   refuses "distances without the input" 3 "--input FILE" picture cube.mesh -o far.png --cut none --colour distance
+  AMHEX_WORKER=/bin/false refuses "a worker that does not start" 4 "worker does not start" \
+    mesh cube.drc -o out.vtu
+  check "and why is said" grep -q "worker_start_failed" stderr
   AMHEXD=/nowhere/amhexd refuses "no amhexd" 4 "no program" mesh cube.drc -o out.vtu
   if "$amhex" info | grep -q 'backend cuda *not available'; then
     refuses "CUDA without a device" 10 "cuda" mesh cube.drc --backend cuda -o out.vtu

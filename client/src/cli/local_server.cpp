@@ -21,7 +21,8 @@
 namespace amhex::client {
 namespace {
 
-constexpr absl::Duration kStartPatience = absl::Seconds(30);
+// A worker of many GPUs takes seconds to find them.
+constexpr absl::Duration kStartPatience = absl::Seconds(60);
 constexpr absl::Duration kStopPatience = absl::Seconds(10);
 constexpr absl::Duration kPollInterval = absl::Milliseconds(20);
 
@@ -33,6 +34,11 @@ std::filesystem::path OwnFolder() {
 bool IsProgram(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
+}
+
+bool Exists(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
 }
 
 absl::StatusOr<std::string> MakeFolder() {
@@ -149,13 +155,17 @@ absl::Status LocalServer::WaitUntilReady(Interrupt* interrupt) {
       return absl::UnavailableError(
           absl::StrCat("the private server ended while starting:\n", LogTail()));
     }
-    std::error_code ignored;
-    if (std::filesystem::exists(folder_ + "/socket", ignored) && client.GetCapabilities().ok()) {
-      return absl::OkStatus();
+    if (Exists(folder_ + "/socket")) {
+      const auto capabilities = client.GetCapabilities();
+      if (capabilities.ok() && capabilities->worker_count() > 0) return absl::OkStatus();
+      if (capabilities.ok() && capabilities->quarantined_worker_count() > 0) {
+        return absl::UnavailableError(
+            absl::StrCat("the private server's worker does not start:\n", LogTail()));
+      }
     }
     absl::SleepFor(kPollInterval);
   }
-  return absl::UnavailableError(absl::StrCat("the private server did not answer within ",
+  return absl::UnavailableError(absl::StrCat("the private server was not ready within ",
                                              absl::FormatDuration(kStartPatience), ":\n",
                                              LogTail()));
 }

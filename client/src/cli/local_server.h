@@ -14,8 +14,9 @@ namespace amhex::client {
 class LocalServer {
  public:
   // Finds amhexd (the variable AMHEXD, beside this program, in ../server, in PATH), starts it with
-  // an empty data folder under TMPDIR or /tmp, and waits until it answers. UNAVAILABLE with the
-  // end of its log if it does not; CANCELLED if interrupted.
+  // an empty data folder under TMPDIR or /tmp, and waits until it has a worker. UNAVAILABLE with
+  // the end of its log if that does not come, or its worker does not start; CANCELLED if
+  // interrupted.
   static absl::StatusOr<std::unique_ptr<LocalServer>> Start(Interrupt* interrupt);
 
   // Asks it to end, waits, ends it by force if need be, and removes the folder. Should this
