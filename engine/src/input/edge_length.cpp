@@ -48,6 +48,10 @@ double MinimumWidth(const TriangleMesh& solid, const StopPoll& poll, DeviceUse* 
   return -1;
 }
 
+// Only the host asks for walls. A hierarchy of fewer triangles is built here within tenths of a
+// second, and need not cross to the device and back.
+constexpr size_t kTrianglesForDevice = 200'000;
+
 double EdgeLengthOf(double volume, int64_t cell_count) {
   return std::cbrt(volume / static_cast<double>(cell_count));
 }
@@ -58,7 +62,8 @@ double EdgeLengthFor(int64_t cell_count, const TriangleMesh& solid, double volum
   const double cubes = EdgeLengthOf(volume, cell_count);
   const SurfaceOfSolid surface{solid.vertices, solid.triangles, volume};
   if (!MayHaveSingleLayers(surface, cubes)) return cubes;
-  const HullQueries queries(solid.vertices, solid.triangles, poll, device);
+  const bool is_large = solid.triangles.size() > kTrianglesForDevice;
+  const HullQueries queries(solid.vertices, solid.triangles, poll, is_large ? device : nullptr);
   const SingleLayers walls = FindSingleLayers(surface, queries, cubes, poll);
   return EdgeLengthWithLayers(walls, volume, cubes);
 }
