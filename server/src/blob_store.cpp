@@ -36,10 +36,14 @@ absl::Status HashPrefix(int fd, int64_t size, Sha256* hash) {
   return absl::OkStatus();
 }
 
-// Names a tenant's upload.
-std::string UploadKey(const std::string& tenant, const std::string& sha256) {
+// Begins the names of a tenant's uploads.
+std::string UploadPrefix(const std::string& tenant) {
   constexpr size_t kTenantDigits = 16;
-  return Sha256Hex(tenant).substr(0, kTenantDigits) + "-" + sha256;
+  return Sha256Hex(tenant).substr(0, kTenantDigits) + "-";
+}
+
+std::string UploadKey(const std::string& tenant, const std::string& sha256) {
+  return UploadPrefix(tenant) + sha256;
 }
 
 absl::Status NotFound(const std::string& sha256) {
@@ -83,7 +87,9 @@ BlobUpload::~BlobUpload() {
   const auto entry = store_->partials_.find(partial_->key);
   if (entry == store_->partials_.end() || entry->second != partial_) return;
   std::lock_guard<std::mutex> partial_lock(partial_->mutex);
-  if (partial_->session == session_) store_->partials_.erase(entry);
+  if (partial_->session != session_) return;
+  if (partial_->committed_size == 0) unlink(store_->UploadPath(partial_->key).c_str());
+  store_->partials_.erase(entry);
 }
 
 absl::Status BlobUpload::Write(int64_t offset, const void* data, size_t size) {
@@ -231,11 +237,16 @@ absl::StatusOr<amhex::v1::BlobRef> BlobStore::Put(const std::string& bytes) {
 }
 
 absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::string& tenant,
-                                                                   const amhex::v1::BlobRef& blob) {
+                                                                   const amhex::v1::BlobRef& blob,
+                                                                   const TenantRoom& room) {
   const int64_t missing = blob.size_bytes() - UploadedSize(tenant, blob.sha256());
   if (auto status = CheckRoomForInput(missing); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(mutex_);
   if (auto status = CheckUploadCount(tenant); !status.ok()) return status;
+  if (room.quota_bytes > 0 &&
+      room.owned_bytes + OtherUploadsOf(tenant, blob) + blob.size_bytes() > room.quota_bytes) {
+    return QuotaExceeded("bytes of blobs", room.quota_bytes);
+  }
   auto partial = FindOrMakePartial(UploadKey(tenant, blob.sha256()), blob);
   if (!partial.ok()) return partial.status();
   std::lock_guard<std::mutex> partial_lock((*partial)->mutex);
@@ -251,6 +262,25 @@ absl::Status BlobStore::CheckUploadCount(const std::string& tenant) const {
   return WithRetryDelay(
       MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::TOO_MANY_UPLOADS, what),
       kUploadRetryDelay);
+}
+
+int64_t BlobStore::OtherUploadsOf(const std::string& tenant, const amhex::v1::BlobRef& blob) const {
+  const std::string prefix = UploadPrefix(tenant);
+  const std::string own = UploadKey(tenant, blob.sha256());
+  int64_t bytes = 0;
+  for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
+    const std::string key = file.filename().string();
+    if (key == own || !key.starts_with(prefix)) continue;
+    const auto active = partials_.find(key);
+    std::error_code error;
+    const auto stored = fs::file_size(file, error);
+    if (active != partials_.end()) {
+      bytes += active->second->blob.size_bytes();
+    } else if (!error) {
+      bytes += static_cast<int64_t>(stored);
+    }
+  }
+  return bytes;
 }
 
 absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(

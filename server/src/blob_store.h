@@ -32,6 +32,12 @@ class BlobStore;
 // Bytes that lie in several places.
 using BytePieces = std::vector<std::string_view>;
 
+// What a tenant owns, and how much it may; no quota if that is 0.
+struct TenantRoom {
+  int64_t owned_bytes = 0;
+  int64_t quota_bytes = 0;
+};
+
 // One stream that writes one blob. Thread-compatible, but for Digest, which may run beside Store:
 // storing and hashing cost about the same.
 class BlobUpload {
@@ -91,9 +97,12 @@ class BlobStore {
   absl::StatusOr<amhex::v1::BlobRef> Put(const std::string& bytes);
 
   // Begins or continues a tenant's upload, even of a blob that is there; an older stream of the
-  // same is superseded.
+  // same is superseded. RESOURCE_EXHAUSTED QUOTA_EXCEEDED where the tenant has no room for it
+  // beside its other uploads, of which those under way count as a whole and those at rest with what
+  // is stored of them.
   absl::StatusOr<std::unique_ptr<BlobUpload>> StartUpload(const std::string& tenant,
-                                                          const amhex::v1::BlobRef& blob);
+                                                          const amhex::v1::BlobRef& blob,
+                                                          const TenantRoom& room = {});
   // Bytes stored of a tenant's upload that is not complete.
   int64_t UploadedSize(const std::string& tenant, const std::string& sha256) const;
 
@@ -130,10 +139,14 @@ class BlobStore {
   // Under the lock: RESOURCE_EXHAUSTED TOO_MANY_UPLOADS where all of them, or the tenant's share,
   // are under way.
   absl::Status CheckUploadCount(const std::string& tenant) const;
+  // Under the lock: bytes that a tenant's uploads of other blobs take or will take.
+  int64_t OtherUploadsOf(const std::string& tenant, const amhex::v1::BlobRef& blob) const;
   std::string UploadPath(const std::string& key) const;
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
       const std::string& key, const amhex::v1::BlobRef& blob);
+  // Removes what is stored of an upload, unless a stream has taken it up.
+  void CollectUpload(const std::string& key);
   // Removes a blob, or leaves it; the bytes freed.
   int64_t CollectBlob(const std::string& sha256, absl::Time older_than, const Release& release);
   void Drop(const std::string& key, int64_t committed_size);

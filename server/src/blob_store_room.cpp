@@ -57,6 +57,17 @@ absl::Status BlobStore::CheckRoomForInput(int64_t more_bytes) const {
                        std::to_string(reserve) + " for the queue and for results");
 }
 
+// Under the lock, under which streams begin. One that writes on into a removed file would later
+// publish whatever another has begun under that name.
+void BlobStore::CollectUpload(const std::string& key) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (partials_.contains(key)) return;
+  std::error_code error;
+  const auto size = fs::file_size(UploadPath(key), error);
+  if (error || !fs::remove(UploadPath(key), error)) return;
+  uploading_bytes_ -= static_cast<int64_t>(size);
+}
+
 // Hidden first and removed then: what was touched, or written anew, in the last moment comes back.
 int64_t BlobStore::CollectBlob(const std::string& sha256, absl::Time older_than,
                                const Release& release) {
@@ -81,15 +92,13 @@ int64_t BlobStore::CollectBlob(const std::string& sha256, absl::Time older_than,
 int64_t BlobStore::Collect(absl::Time older_than, absl::Time uploads_older_than,
                            const Release& release) {
   int64_t freed = 0;
-  std::error_code error;
   for (const fs::path& file : FilesBelow(root_ + "/blobs")) {
     if (LastTouched(file) >= older_than) continue;
     freed += CollectBlob(file.filename().string(), older_than, release);
   }
   for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
     if (LastTouched(file) >= uploads_older_than) continue;
-    const auto size = fs::file_size(file, error);
-    if (!error) Drop(file.filename().string(), static_cast<int64_t>(size));
+    CollectUpload(file.filename().string());
   }
   // What other servers have added and removed is seen here only.
   const bool is_shared = private_folder_ != root_;

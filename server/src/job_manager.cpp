@@ -173,8 +173,11 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
     const auto submit = [&]() -> absl::StatusOr<SubmittedJob> {
       AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, AdmitInput(caller, request));
       NewJob fresh = MakeNewJob(caller, request, input.blob, admission);
-      AMHEX_ASSIGN_OR_RETURN(fresh.cost, AdmitCost(request.params(), input));
-      return SubmitUnlessQuarantined(fresh);
+      const auto cost = AdmitCost(request.params(), input);
+      if (cost.ok()) fresh.cost = *cost;
+      auto stored = cost.ok() ? SubmitUnlessQuarantined(fresh) : cost.status();
+      if (!stored.ok()) OwnRefusedInput(caller, request, input);
+      return stored;
     };
     auto stored = submit();
     // Equal bytes that nothing used were there, and another node has just collected them.

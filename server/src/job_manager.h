@@ -117,8 +117,8 @@ class JobManager {
                                         const amhex::v1::SubmitJobRequest& request,
                                         const Admission& admission = {});
   // Where an input's bytes are, for validate_only: checks and stores it like Submit.
-  absl::StatusOr<AdmittedInput> AdmitInput(const Caller& caller,
-                                           const amhex::v1::SubmitJobRequest& request);
+  absl::StatusOr<AdmittedInput> AdmitInputOfEstimate(const Caller& caller,
+                                                     const amhex::v1::SubmitJobRequest& request);
   absl::StatusOr<amhex::v1::Job> Get(const Caller& caller, const std::string& id);
   absl::StatusOr<JobPage> List(const Caller& caller, JobQuery query);
   absl::StatusOr<amhex::v1::Job> Cancel(const Caller& caller, const std::string& id);
@@ -179,9 +179,16 @@ class JobManager {
   JobManager(const Options& options, std::unique_ptr<JobStore> store,
              std::unique_ptr<BlobStore> blobs, Metrics* metrics, int64_t generation);
 
+  absl::StatusOr<AdmittedInput> AdmitInput(const Caller& caller,
+                                           const amhex::v1::SubmitJobRequest& request);
   absl::StatusOr<amhex::v1::BlobRef> CheckBlob(const Caller& caller,
                                                const amhex::v1::BlobRef& blob);
-  absl::Status CheckBlobQuota(const Tenant& tenant, int64_t more_bytes);
+  // Whether the tenant has room for these bytes, if it does not own them yet.
+  absl::Status CheckBlobQuota(const Tenant& tenant, const std::string& bytes);
+  // An input that came inline is stored also where no job comes of it; then it counts as the
+  // tenant's until it is collected, so that no one fills the disk past a quota.
+  void OwnRefusedInput(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
+                       const AdmittedInput& input);
   // The job if the caller sees it, else NOT_FOUND.
   absl::StatusOr<amhex::v1::Job> GetSeen(const Caller& caller, const std::string& id);
   // The job if the caller may change it, else NOT_FOUND.

@@ -7,6 +7,8 @@
 #include "input_preflight.h"
 #include "job_manager.h"
 #include "job_record.h"
+#include "logging.h"
+#include "sha256.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -39,11 +41,13 @@ absl::StatusOr<std::optional<int64_t>> JobManager::SizeOfBlob(const Caller& call
   return *size;
 }
 
-absl::Status JobManager::CheckBlobQuota(const Tenant& tenant, int64_t more_bytes) {
+// What the tenant owns counts once, so that a submission can be repeated however little is left.
+absl::Status JobManager::CheckBlobQuota(const Tenant& tenant, const std::string& bytes) {
   if (tenant.max_blob_bytes <= 0) return absl::OkStatus();
   AMHEX_ASSIGN_OR_RETURN(const int64_t owned, store_->OwnedBytes(tenant.name));
-  if (owned + more_bytes <= tenant.max_blob_bytes) return absl::OkStatus();
-  return QuotaExceeded("bytes of blobs", tenant.max_blob_bytes);
+  if (owned + static_cast<int64_t>(bytes.size()) <= tenant.max_blob_bytes) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(const bool is_owned, store_->OwnsBlob(tenant.name, Sha256Hex(bytes)));
+  return is_owned ? absl::OkStatus() : QuotaExceeded("bytes of blobs", tenant.max_blob_bytes);
 }
 
 absl::StatusOr<JobManager::UploadState> JobManager::FindUpload(const Caller& caller,
@@ -58,8 +62,14 @@ absl::StatusOr<JobManager::UploadState> JobManager::FindUpload(const Caller& cal
 
 absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
     const Caller& caller, const amhex::v1::BlobRef& blob) {
-  AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, blob.size_bytes()));
-  return blobs_->StartUpload(caller.tenant.name, blob);
+  TenantRoom room{0, caller.tenant.max_blob_bytes};
+  if (room.quota_bytes > 0) {
+    AMHEX_ASSIGN_OR_RETURN(room.owned_bytes, store_->OwnedBytes(caller.tenant.name));
+    AMHEX_ASSIGN_OR_RETURN(const bool is_owned,
+                           store_->OwnsBlob(caller.tenant.name, blob.sha256()));
+    if (is_owned) room.owned_bytes -= std::min(room.owned_bytes, blob.size_bytes());
+  }
+  return blobs_->StartUpload(caller.tenant.name, blob, room);
 }
 
 absl::Status JobManager::FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
@@ -115,9 +125,29 @@ absl::StatusOr<AdmittedInput> JobManager::AdmitInput(const Caller& caller,
     return elements.status();
   }
   if (request.has_input_blob()) return AdmittedInput{input, *elements};
-  AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, input.size_bytes()));
+  AMHEX_RETURN_IF_ERROR(CheckBlobQuota(caller.tenant, request.inline_input()));
   AMHEX_ASSIGN_OR_RETURN(input, blobs_->Put(request.inline_input()));
   return AdmittedInput{input, *elements};
+}
+
+void JobManager::OwnRefusedInput(const Caller& caller, const amhex::v1::SubmitJobRequest& request,
+                                 const AdmittedInput& input) {
+  if (request.has_input_blob()) return;
+  // Asked first, because refusals come in floods and a grant waits for the disk.
+  const auto is_owned = store_->OwnsBlob(caller.tenant.name, input.blob.sha256());
+  if (is_owned.ok() && *is_owned) return;
+  const absl::Status status = store_->GrantBlob(caller.tenant.name, input.blob, absl::Now());
+  // Another node may have collected it just now.
+  if (status.ok() || absl::IsFailedPrecondition(status)) return;
+  LogError("grant_failed", {{"message", std::string(status.message())}});
+}
+
+absl::StatusOr<AdmittedInput> JobManager::AdmitInputOfEstimate(
+    const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
+  std::lock_guard<std::mutex> lock(admission_mutex_);
+  AMHEX_ASSIGN_OR_RETURN(AdmittedInput input, AdmitInput(caller, request));
+  OwnRefusedInput(caller, request, input);
+  return input;
 }
 
 absl::StatusOr<ExpectedCost> JobManager::AdmitCost(const amhex::v1::MeshingParams& params,

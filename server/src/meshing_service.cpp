@@ -56,7 +56,8 @@ grpc::ServerUnaryReactor* MeshingService::Answer(grpc::CallbackServerContext* co
 
 absl::StatusOr<amhex::v1::CostEstimate> MeshingService::Estimate(
     const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
-  AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input, manager_->AdmitInput(caller, request));
+  AMHEX_ASSIGN_OR_RETURN(const AdmittedInput input,
+                         manager_->AdmitInputOfEstimate(caller, request));
   const Limits& limits = manager_->options().limits;
   amhex::worker::RunJob order;
   order.set_input_path(manager_->PathOfBlob(input.blob.sha256()));

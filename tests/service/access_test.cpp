@@ -292,6 +292,27 @@ TEST_F(AccessTest, QuotasBindTheirTenantOnly) {
   EXPECT_TRUE(Write("bob's", large, large.size(), &response).ok());
 }
 
+TEST_F(AccessTest, NothingATenantStoresPassesItsQuota) {
+  const std::string half(5001, 'x');
+  Job job;
+  // Neither estimates and refused submissions, whose inputs are kept for a while, ...
+  auto estimate = ScriptRequest("succeed mesh;" + half);
+  estimate.set_validate_only(true);
+  EXPECT_TRUE(Submit("ada's", estimate, &job).ok());
+  EXPECT_EQ(Reason(Submit("ada's", ScriptRequest("fail;" + half), &job)), "QUOTA_EXCEEDED");
+  // ... nor what is uploaded beside them, ...
+  amhex::v1::WriteBlobResponse response;
+  EXPECT_EQ(Reason(Write("ada's", half, half.size(), &response)), "QUOTA_EXCEEDED");
+  // ... and what it has stored stands in nobody's way, also not in its own.
+  estimate.set_validate_only(false);
+  estimate.set_request_id("6f9619ff-8b86-4011-b42d-00c04fc964ff");
+  ASSERT_TRUE(Submit("ada's", estimate, &job).ok());
+  Job again;
+  EXPECT_TRUE(Submit("ada's", estimate, &again).ok());
+  EXPECT_EQ(again.name(), job.name());
+  EXPECT_TRUE(Write("bob's", half, half.size(), &response).ok());
+}
+
 TEST_F(AccessTest, AuditorSeesAllAndChangesNothingAdministratorChangesAll) {
   const Job job = Run("ada's", "succeed mesh;");
   Job seen;
@@ -316,6 +337,9 @@ TEST_F(AccessTest, NewTokensCountWithoutARestartAndAWrongFileLeavesTheOldOnes) {
   EXPECT_FALSE(works("ada's"));
   WriteTokens("nonsense");
   EXPECT_FALSE(Eventually([&] { return !works("ada's new"); }, absl::Milliseconds(1500)));
+  // Whoever empties the file means it.
+  WriteTokens("");
+  EXPECT_TRUE(Eventually([&] { return !works("ada's new"); }));
 }
 
 // TLS: who the server is, and who the caller is by certificate.

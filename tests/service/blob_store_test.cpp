@@ -6,6 +6,8 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "errors.h"
@@ -21,6 +23,11 @@ amhex::v1::BlobRef RefOf(const std::string& bytes) {
   blob.set_sha256(Sha256Hex(bytes));
   blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
   return blob;
+}
+
+// Lets no blob go.
+BlobStore::Release KeepAll() {
+  return [](const std::string&, const std::function<void()>&) { return false; };
 }
 
 class BlobStoreTest : public ::testing::Test {
@@ -122,6 +129,49 @@ TEST_F(BlobStoreTest, NewerStreamTakesOver) {
   older.reset();
   ASSERT_TRUE(newer->Write(10, text_.data() + 10, text_.size() - 10).ok());
   EXPECT_TRUE(newer->Finish().ok());
+}
+
+// Else its bytes would go on into a file without a name, and its end publish whatever another
+// stream had begun to write under that name.
+TEST_F(BlobStoreTest, UploadThatIsTakenUpAgainIsNotCollectedHoweverLongItHasRested) {
+  ASSERT_TRUE(Start(blob_)->Write(0, text_.data(), 10).ok());
+  const auto rested = Start(blob_);
+  store_->Collect(absl::InfinitePast(), absl::InfiniteFuture(), KeepAll());
+  const auto next = Start(blob_);
+  EXPECT_EQ(next->committed_size(), 10);
+  ASSERT_TRUE(next->Write(10, text_.data() + 10, text_.size() - 10).ok());
+  EXPECT_EQ(ReasonOf(rested->Write(10, text_.data() + 10, 1)), "UPLOAD_SUPERSEDED");
+  ASSERT_TRUE(next->Finish().ok());
+  EXPECT_EQ(Content(blob_.sha256()), text_);
+}
+
+TEST_F(BlobStoreTest, UploadsOfATenantCountAgainstItsQuotaBeforeTheyAreComplete) {
+  const TenantRoom room{10, 10 + 2 * blob_.size_bytes() + 5};
+  const auto other = RefOf(text_ + "!");
+  const auto start = [&](const std::string& tenant, const amhex::v1::BlobRef& blob) {
+    return store_->StartUpload(tenant, blob, room);
+  };
+  auto first = start(kTenant, blob_);
+  ASSERT_TRUE(first.ok()) << first.status();
+  auto second = start(kTenant, other);  // under way, both count as a whole
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_EQ(ReasonOf(start(kTenant, RefOf("five b")).status()), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(start(kTenant, RefOf("four")).ok());
+  EXPECT_TRUE(start("bob", RefOf("five b")).ok());
+  ASSERT_TRUE((*first)->Write(0, text_.data(), 20).ok());
+  first->reset();  // at rest, it counts with what is stored of it
+  EXPECT_TRUE(start(kTenant, RefOf("five b")).ok());
+  EXPECT_EQ(ReasonOf(start(kTenant, RefOf("thirteen byte")).status()), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(start(kTenant, blob_).ok());  // its own bytes do not stand in its way
+}
+
+TEST_F(BlobStoreTest, StreamsThatSentNothingLeaveNoFile) {
+  for (int i = 0; i < 3; ++i) Start(RefOf(text_ + std::to_string(i)));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "uploads"));
+  auto upload = Start(blob_);
+  Start(blob_)
+      .reset();  // a newer stream that leaves at once takes nothing from an older one's file
+  EXPECT_EQ(ReasonOf(upload->Write(0, text_.data(), 1)), "UPLOAD_SUPERSEDED");
 }
 
 TEST_F(BlobStoreTest, UploadsOfTenantsAreApartAlsoOfABlobThatIsThere) {

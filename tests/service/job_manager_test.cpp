@@ -256,7 +256,7 @@ TEST_F(JobManagerTest, HostileInputIsRefusedBeforeAnyWorkerSeesIt) {
 TEST_F(JobManagerTest, EstimateComesFromAWorkerOfItsOwn) {
   Start();
   auto request = ScriptRequest("succeed mesh;");
-  const auto input = manager_->AdmitInput(Everyone(), request);
+  const auto input = manager_->AdmitInputOfEstimate(Everyone(), request);
   ASSERT_TRUE(input.ok());
   amhex::worker::RunJob order;
   order.set_input_path(manager_->PathOfBlob(input->blob.sha256()));

@@ -162,7 +162,7 @@ TEST_F(RealWorkerTest, RunTimeoutEndsTheJob) {
 }
 
 TEST_F(RealWorkerTest, EstimateNamesCellsMemoryAndTime) {
-  const auto input = manager().AdmitInput(Everyone(), Request(Cube()));
+  const auto input = manager().AdmitInputOfEstimate(Everyone(), Request(Cube()));
   ASSERT_TRUE(input.ok());
   amhex::worker::RunJob order;
   order.set_input_path(manager().PathOfBlob(input->blob.sha256()));
