@@ -210,6 +210,8 @@ class JobManager {
   std::shared_ptr<JobFeed> FeedFor(const std::string& id, const amhex::v1::Job& job);
   std::shared_ptr<JobFeed> FindFeed(const std::string& id);
   void Finish(Attempt& attempt, const FinalOutcome& outcome);
+  // Back to the queue for `delay` at least, unless its cancel was requested: then the job ends.
+  void Requeue(Attempt& attempt, ReleaseMode mode, absl::Duration delay);
   void CountFinished(const amhex::v1::Job& job);
   void Forget(const Attempt& attempt);
   // Both read the job anew and tell its watchers.
@@ -233,6 +235,7 @@ class JobManager {
   void TendWatchedFeeds();
   void ForgetQuietFeeds();
   void EndReaped(const ReapedLeases& reaped, absl::Time now);
+  void EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome, absl::Time now);
   void TendQueue();
   void CollectGarbage();
   // Removes blobs that nobody has used since, and returns the bytes freed.

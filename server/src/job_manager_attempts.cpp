@@ -215,6 +215,7 @@ void JobManager::WorkerDied(Attempt& attempt, const std::string& how, Suspect su
   const int attempts = attempt.job().attempt_count();
   LogWarning("worker_died_in_job",
              {{"job", attempt.job().name()}, {"attempt", int64_t{attempts}}, {"how", how}});
+  if (attempt.cancel_requested()) return EndCancelled(attempt);
   if (attempts >= attempt.job().max_attempts()) {
     // Not before: one death may have been nobody's fault, and equal jobs may be running.
     if (suspect == Suspect::kJob) {
@@ -226,20 +227,20 @@ void JobManager::WorkerDied(Attempt& attempt, const std::string& how, Suspect su
   }
   constexpr int kMaxDoublings = 8;
   const absl::Duration delay = options_.retry_delay * (1 << std::min(attempts - 1, kMaxDoublings));
-  const absl::Time now = absl::Now();
-  const absl::Status status =
-      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kSpendAttempt, now, now + delay);
-  Forget(attempt);
-  if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
-  PublishStored(attempt.id());
+  Requeue(attempt, ReleaseMode::kSpendAttempt, delay);
 }
 
 void JobManager::GiveBack(Attempt& attempt) {
+  LogInfo("job_given_back", {{"job", attempt.job().name()}});
+  Requeue(attempt, ReleaseMode::kGiveAttemptBack, absl::ZeroDuration());
+}
+
+void JobManager::Requeue(Attempt& attempt, ReleaseMode mode, absl::Duration delay) {
   const absl::Time now = absl::Now();
   const absl::Status status =
-      store_->Release(attempt.id(), attempt.epoch(), ReleaseMode::kGiveAttemptBack, now, now);
+      store_->Release(attempt.id(), attempt.epoch(), mode, now, now + delay);
+  if (absl::IsCancelled(status)) return EndCancelled(attempt);
   Forget(attempt);
-  LogInfo("job_given_back", {{"job", attempt.job().name()}});
   if (!status.ok()) LogError("release_failed", {{"job", attempt.job().name()}});
   PublishStored(attempt.id());
 }

@@ -87,14 +87,20 @@ void JobManager::EndReaped(const ReapedLeases& reaped, absl::Time now) {
     LogWarning("lease_expired", {{"job", JobName(id)}});
   }
   for (const ClaimedJob& job : reaped.exhausted) {
-    const auto outcome = ErrorOutcome(
-        Job::FAILED, AttemptsExhausted(job.job.attempt_count(), "silence beyond its lease"));
-    // Several nodes may find the same job; one of them ends it, and counts it.
-    if (!store_->Finish(job.id, job.epoch, outcome, now).ok()) continue;
-    metrics_->lease_expired.Increment();
-    LogWarning("lease_expired", {{"job", JobName(job.id)}});
-    PublishFinished(job.id);
+    EndReapedJob(job,
+                 ErrorOutcome(Job::FAILED, AttemptsExhausted(job.job.attempt_count(),
+                                                             "silence beyond its lease")),
+                 now);
   }
+  for (const ClaimedJob& job : reaped.cancelled) EndReapedJob(job, CancelledOutcome(), now);
+}
+
+void JobManager::EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome, absl::Time now) {
+  // Several nodes may find the same job; one of them ends it, and counts it.
+  if (!store_->Finish(job.id, job.epoch, outcome, now).ok()) return;
+  metrics_->lease_expired.Increment();
+  LogWarning("lease_expired", {{"job", JobName(job.id)}});
+  PublishFinished(job.id);
 }
 
 void JobManager::TendQueue() {

@@ -37,6 +37,10 @@ absl::Status Fenced(const std::string& id) {
   return absl::AbortedError("another attempt of " + JobName(id) + " has taken over");
 }
 
+absl::Status CancelRequested(const std::string& id) {
+  return absl::CancelledError("the cancel of " + JobName(id) + " was requested");
+}
+
 absl::Status BlobMissing(const std::string& sha256) {
   return WithPrecondition(MakeError(absl::StatusCode::kFailedPrecondition, amhex::v1::BLOB_MISSING,
                                     "no blob " + sha256 + " is stored; upload it first"),

@@ -15,6 +15,8 @@ absl::Status JobNotFound(const std::string& id);
 absl::Status JobNotFinal(const amhex::v1::Job& job);
 // ABORTED: another attempt has taken over.
 absl::Status Fenced(const std::string& id);
+// CANCELLED: a job cannot go back to the queue.
+absl::Status CancelRequested(const std::string& id);
 // FAILED_PRECONDITION BLOB_MISSING.
 absl::Status BlobMissing(const std::string& sha256);
 absl::Status QueueFull(int64_t queued);

@@ -94,10 +94,11 @@ struct JobPage {
   int64_t next_before_number = 0;    // 0 on the last page
 };
 
-// Jobs whose leases ended, found by one look.
+// Jobs whose leases ended, found by one look. The caller ends those that do not go back.
 struct ReapedLeases {
   std::vector<std::string> requeued;  // ids
-  std::vector<ClaimedJob> exhausted;  // no attempt is left; the caller ends them
+  std::vector<ClaimedJob> exhausted;  // no attempt is left
+  std::vector<ClaimedJob> cancelled;  // their cancel was requested
 };
 
 enum class ReleaseMode {
@@ -134,7 +135,8 @@ class JobStore {
   virtual absl::StatusOr<std::vector<std::string>> Finish(const std::string& id, int64_t epoch,
                                                           const FinalOutcome& outcome,
                                                           absl::Time now) = 0;
-  // Back to the queue, not before `not_before`; the caller checks max_attempts. ABORTED if fenced.
+  // Back to the queue, not before `not_before`; the caller checks max_attempts. ABORTED if fenced;
+  // CANCELLED if a cancel was requested: the caller ends the job, which runs still.
   virtual absl::Status Release(const std::string& id, int64_t epoch, ReleaseMode mode,
                                absl::Time now, absl::Time not_before) = 0;
 
@@ -146,7 +148,8 @@ class JobStore {
   virtual absl::Status Delete(const std::string& id) = 0;
 
   // Puts the RUNNING jobs of a node back, the attempts given back. For the node's start, when none
-  // of its workers runs yet.
+  // of its workers runs yet. Those whose cancel was requested lose their lease instead, so that
+  // whoever reaps ends them: a job to be cancelled is never queued.
   virtual absl::StatusOr<int64_t> RequeueRunning(const std::string& node) = 0;
   // Puts jobs whose lease ended back if they have attempts left.
   virtual absl::StatusOr<ReapedLeases> ReapExpiredLeases(absl::Time now) = 0;

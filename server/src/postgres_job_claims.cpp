@@ -260,7 +260,8 @@ absl::Status PostgresJobStore::Release(const std::string& id, int64_t epoch, Rel
     AMHEX_ASSIGN_OR_RETURN(
         auto released,
         db.Run("UPDATE job SET state = 1, attempt = attempt - $1, not_before = $2 WHERE id = $3"
-               " AND state = 2 AND lease_epoch = $4 RETURNING tenant, $5::bigint - start_time",
+               " AND state = 2 AND lease_epoch = $4 AND NOT cancel_requested"
+               " RETURNING tenant, $5::bigint - start_time",
                PostgresValues()
                    .Int(spent)
                    .Int(Micros(not_before))
@@ -271,6 +272,10 @@ absl::Status PostgresJobStore::Release(const std::string& id, int64_t epoch, Rel
       charges.push_back({released.TextColumn(0), released.IntColumn(1)});
       return absl::OkStatus();
     }
+    AMHEX_ASSIGN_OR_RETURN(
+        auto held, db.Run("SELECT 1 FROM job WHERE id = $1 AND lease_epoch = $2 AND state = 2",
+                          PostgresValues().Text(id).Int(epoch)));
+    if (held.Next()) return CancelRequested(id);
     if (!may_be_done) return Fenced(id);
     AMHEX_ASSIGN_OR_RETURN(
         auto done, db.Run("SELECT 1 FROM job WHERE id = $1 AND lease_epoch = $2 AND state = 1",

@@ -11,9 +11,16 @@ namespace amhex::server {
 using amhex::v1::Job;
 
 absl::StatusOr<int64_t> PostgresJobStore::RequeueRunning(const std::string& node) {
+  AMHEX_RETURN_IF_ERROR(Ids("WITH ended AS (UPDATE lease SET until = 0, epoch = epoch + 1 FROM job"
+                            " WHERE node = $1 AND id = job_id AND state = 2"
+                            " AND lease_epoch = epoch AND cancel_requested RETURNING job_id)"
+                            " UPDATE job SET lease_epoch = lease_epoch + 1 FROM ended"
+                            " WHERE id = job_id RETURNING id",
+                            PostgresValues().Text(node))
+                            .status());
   AMHEX_ASSIGN_OR_RETURN(
       const auto ids,
-      Ids("WITH gone AS (DELETE FROM lease WHERE node = $1 RETURNING job_id, epoch)"
+      Ids("WITH gone AS (DELETE FROM lease WHERE node = $1 AND until > 0 RETURNING job_id, epoch)"
           " UPDATE job SET state = 1, attempt = attempt - 1, lease_epoch = lease_epoch + 1,"
           " not_before = create_time FROM gone WHERE id = gone.job_id AND state = 2"
           " AND lease_epoch = gone.epoch RETURNING id",
@@ -33,7 +40,7 @@ absl::StatusOr<ReapedLeases> PostgresJobStore::ReapExpiredLeases(absl::Time now)
     AMHEX_ASSIGN_OR_RETURN(
         auto back,
         db.Run("WITH gone AS (DELETE FROM lease USING job WHERE until < $1 AND id = job_id"
-               " AND attempt < max_attempts RETURNING job_id, epoch)"
+               " AND attempt < max_attempts AND NOT cancel_requested RETURNING job_id, epoch)"
                " UPDATE job SET state = 1, not_before = $1 FROM gone WHERE id = gone.job_id"
                " AND state = 2 AND lease_epoch = gone.epoch"
                " RETURNING id, tenant, $1 - start_time",
@@ -47,11 +54,12 @@ absl::StatusOr<ReapedLeases> PostgresJobStore::ReapExpiredLeases(absl::Time now)
     AMHEX_ASSIGN_OR_RETURN(
         auto spent,
         db.Run(std::string(kSelectJob) + "JOIN lease ON job_id = id WHERE state = 2 AND until < $1"
-                                         " AND attempt >= max_attempts",
+                                         " AND (attempt >= max_attempts OR cancel_requested)",
                PostgresValues().Int(Micros(now))));
     while (spent.Next()) {
       PostgresJob job = ReadJob(spent);
-      reaped.exhausted.push_back({job.id, job.epoch, std::move(job.job)});
+      auto& ends = job.job.cancel_requested() ? reaped.cancelled : reaped.exhausted;
+      ends.push_back({job.id, job.epoch, std::move(job.job)});
     }
     return absl::OkStatus();
   });

@@ -165,18 +165,26 @@ absl::Status SqliteJobStore::Release(const std::string& id, int64_t epoch, Relea
   std::lock_guard<std::mutex> lock(mutex_);
   SqliteTransaction transaction(database_.get());
   AMHEX_RETURN_IF_ERROR(transaction.status());
-  const std::string held = "state = 2 AND lease_epoch = " + std::to_string(epoch);
+  AMHEX_ASSIGN_OR_RETURN(const bool is_cancelled, CheckHeldLocked(id, epoch));
+  if (is_cancelled) return CancelRequested(id);
   AMHEX_RETURN_IF_ERROR(ChargeLocked(id, epoch, now));
   AMHEX_ASSIGN_OR_RETURN(
       auto update,
       database_->Prepare("UPDATE job SET state = 1, attempt = attempt - ?, not_before = ?,"
                          " lease_node = NULL, lease_owner = NULL, lease_until = NULL"
-                         " WHERE id = ? AND " +
-                         held));
+                         " WHERE id = ?"));
   update.Int(mode == ReleaseMode::kGiveAttemptBack ? 1 : 0).Int(absl::ToUnixMicros(not_before));
   AMHEX_RETURN_IF_ERROR(update.Text(id).Run());
-  if (database_->ChangeCount() == 0) return Fenced(id);
   return transaction.Commit();
+}
+
+absl::StatusOr<bool> SqliteJobStore::CheckHeldLocked(const std::string& id, int64_t epoch) {
+  AMHEX_ASSIGN_OR_RETURN(auto select,
+                         database_->Prepare("SELECT cancel_requested FROM job WHERE id = ?"
+                                            " AND state = 2 AND lease_epoch = ?"));
+  AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Text(id).Int(epoch).Step());
+  if (!has_row) return Fenced(id);
+  return select.IntColumn(0) != 0;
 }
 
 }  // namespace amhex::server

@@ -86,6 +86,8 @@ class SqliteJobStore : public JobStore {
   absl::StatusOr<std::vector<std::string>> EndTwinsLocked(const std::string& id,
                                                           const FinalOutcome& outcome,
                                                           absl::Time now);
+  // Whether the cancel of a job that is held was requested; ABORTED if fenced.
+  absl::StatusOr<bool> CheckHeldLocked(const std::string& id, int64_t epoch);
   // Adds the time of an attempt to what its tenant has had.
   absl::Status ChargeLocked(const std::string& id, int64_t epoch, absl::Time now);
   absl::StatusOr<std::vector<std::string>> TenantsByShareLocked(absl::Time now);

@@ -13,14 +13,23 @@ using amhex::v1::Job;
 
 absl::StatusOr<int64_t> SqliteJobStore::RequeueRunning(const std::string& node) {
   std::lock_guard<std::mutex> lock(mutex_);
+  SqliteTransaction transaction(database_.get());
+  AMHEX_RETURN_IF_ERROR(transaction.status());
+  AMHEX_ASSIGN_OR_RETURN(
+      auto end_leases,
+      database_->Prepare("UPDATE job SET lease_epoch = lease_epoch + 1, lease_until = 0"
+                         " WHERE state = 2 AND lease_node = ? AND cancel_requested = 1"));
+  AMHEX_RETURN_IF_ERROR(end_leases.Text(node).Run());
   AMHEX_ASSIGN_OR_RETURN(
       auto update,
       database_->Prepare("UPDATE job SET state = 1, attempt = attempt - 1,"
                          " lease_epoch = lease_epoch + 1, lease_node = NULL, lease_owner = NULL,"
                          " lease_until = NULL, not_before = create_time"
-                         " WHERE state = 2 AND lease_node = ?"));
+                         " WHERE state = 2 AND lease_node = ? AND cancel_requested = 0"));
   AMHEX_RETURN_IF_ERROR(update.Text(node).Run());
-  return database_->ChangeCount();
+  const int64_t count = database_->ChangeCount();
+  AMHEX_RETURN_IF_ERROR(transaction.Commit());
+  return count;
 }
 
 absl::StatusOr<ReapedLeases> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
@@ -42,6 +51,10 @@ absl::StatusOr<ReapedLeases> SqliteJobStore::ReapExpiredLeases(absl::Time now) {
   }
   ReapedLeases reaped;
   for (ClaimedJob& job : expired) {
+    if (job.job.cancel_requested()) {
+      reaped.cancelled.push_back(std::move(job));
+      continue;
+    }
     if (job.job.attempt_count() >= job.job.max_attempts()) {
       reaped.exhausted.push_back(std::move(job));
       continue;

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <thread>
+
 #include "errors.h"
 #include "job_manager_fixture.h"
 
@@ -80,6 +82,19 @@ TEST_F(JobManagerTest, CancelStopsARunningJob) {
   const Job job = Finished(id);
   EXPECT_EQ(job.state(), Job::CANCELLED);
   EXPECT_EQ(ReasonOf(job.error()), "CANCEL_REQUESTED");
+}
+
+// Else it would wait in the queue of the next server, though its cancel was acknowledged.
+TEST_F(JobManagerTest, JobCancelledWhileTheServerInterruptsItIsNotQueuedAgain) {
+  Start();
+  const std::string id = Submit("progress 7; deaf 60000; succeed mesh;");
+  ASSERT_TRUE(ReachesIteration(id, 7));
+  manager_->StartDraining();
+  std::thread stopping([this] { pool_->Stop(absl::Now()); });
+  absl::SleepFor(absl::Milliseconds(100));  // of the 300 that the pool waits for a deaf worker
+  EXPECT_TRUE(manager_->Cancel(Everyone(), id).ok());
+  stopping.join();
+  EXPECT_EQ(Get(id).state(), Job::CANCELLED);
 }
 
 TEST_F(JobManagerTest, WorkerThatIgnoresCancelIsKilled) {

@@ -184,6 +184,35 @@ TEST_P(JobStoreLaws, CancelOfARunningJobReachesItsHolderByHeartbeat) {
   EXPECT_TRUE(cancel.ok() && *cancel);
 }
 
+// Else it would wait behind all others before it is ended, and be begun for that.
+TEST_P(JobStoreLaws, JobToBeCancelledNeverGoesBackToTheQueue) {
+  std::vector<ClaimedJob> jobs;
+  for (int i = 0; i < 3; ++i) {
+    Submit(Make());
+    jobs.push_back(Claim());
+    ASSERT_TRUE(store_->RequestCancel(jobs[i].id, Outcome(Job::CANCELLED), now_).ok());
+  }
+  for (const auto mode : {ReleaseMode::kSpendAttempt, ReleaseMode::kGiveAttemptBack}) {
+    EXPECT_TRUE(absl::IsCancelled(store_->Release(jobs[0].id, jobs[0].epoch, mode, now_, now_)));
+    EXPECT_TRUE(absl::IsAborted(store_->Release(jobs[0].id, jobs[0].epoch - 1, mode, now_, now_)));
+  }
+  EXPECT_TRUE(store_->Finish(jobs[0].id, jobs[0].epoch, Outcome(Job::CANCELLED), now_).ok());
+  EXPECT_TRUE(store_->ReapExpiredLeases(now_)->cancelled.empty());
+  // Neither when its node starts again, nor when its lease ends.
+  const auto requeued = store_->RequeueRunning(kNode);
+  EXPECT_TRUE(requeued.ok() && *requeued == 0);
+  EXPECT_TRUE(NothingToClaim());
+  EXPECT_TRUE(absl::IsAborted(store_->Heartbeat(jobs[1].id, jobs[1].epoch, now_, kLease).status()));
+  const auto reaped = store_->ReapExpiredLeases(now_);
+  ASSERT_TRUE(reaped.ok()) << reaped.status();
+  EXPECT_TRUE(reaped->requeued.empty() && reaped->exhausted.empty());
+  ASSERT_EQ(reaped->cancelled.size(), 2U);
+  for (const ClaimedJob& job : reaped->cancelled) {
+    EXPECT_TRUE(store_->Finish(job.id, job.epoch, Outcome(Job::CANCELLED), now_).ok());
+    EXPECT_EQ(StateOf(job.id), Job::CANCELLED);
+  }
+}
+
 TEST_P(JobStoreLaws, CancelLeavesFinalJobsAsTheyAre) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();

@@ -210,6 +210,63 @@ TEST_P(JobStoreLaws, SmallJobsOvertakeOneThatDoesNotFitNowButNotForEver) {
   EXPECT_EQ(Claim(claimant).id, large.id);
 }
 
+TEST_P(JobStoreLaws, EndOfOneTwinIsNotThatOfTheOther) {
+  std::vector<std::string> twins;
+  for (int i = 0; i < 3; ++i) {
+    NewJob job = Make();
+    job.cache_key = "key";
+    twins.push_back(Submit(job));
+  }
+  const ClaimedJob first = Claim();
+  ASSERT_EQ(first.id, twins[0]);
+  ASSERT_TRUE(store_->RequestCancel(first.id, Outcome(Job::CANCELLED), now_).ok());
+  ASSERT_TRUE(store_->Finish(first.id, first.epoch, Outcome(Job::CANCELLED), now_).ok());
+  const ClaimedJob second = Claim();  // in its place
+  ASSERT_EQ(second.id, twins[1]);
+  ASSERT_TRUE(store_->RequestCancel(twins[2], Outcome(Job::CANCELLED), now_).ok());
+  const auto ended = store_->Finish(second.id, second.epoch, Outcome(Job::SUCCEEDED), now_);
+  ASSERT_TRUE(ended.ok());
+  EXPECT_TRUE(ended->empty());
+  EXPECT_EQ(StateOf(twins[2]), Job::CANCELLED);
+}
+
+TEST_P(JobStoreLaws, ResultThatJobsShareStaysUntilTheLastOfThemIsDeleted) {
+  NewJob job = Make();
+  job.cache_key = "key";
+  const std::string first = Submit(job);
+  const ClaimedJob claimed = Claim();
+  ASSERT_TRUE(store_->Finish(first, claimed.epoch, Outcome(Job::SUCCEEDED), now_).ok());
+  job.id = "another";
+  const std::string second = Submit(job);
+  ASSERT_EQ(StateOf(second), Job::SUCCEEDED);
+  ASSERT_TRUE(store_->Delete(first).ok());
+  ASSERT_TRUE(store_->DropUnusedGrants(absl::InfiniteFuture()).ok());
+  EXPECT_TRUE(IsUsed("result"));
+  ASSERT_TRUE(store_->Delete(second).ok());
+  ASSERT_TRUE(store_->DropUnusedGrants(absl::InfiniteFuture()).ok());
+  EXPECT_FALSE(IsUsed("result"));
+}
+
+TEST_P(JobStoreLaws, RequestIdIsFreeAgainOnceItsJobIsGone) {
+  NewJob job = Make();
+  job.request_id = "again";
+  const std::string first = Submit(job);
+  ASSERT_TRUE(store_->RequestCancel(first, Outcome(Job::CANCELLED), now_).ok());
+  job.id = "second";
+  auto repeated = store_->Submit(job, kManyJobs, now_);
+  EXPECT_TRUE(repeated.ok() && !repeated->is_new);  // also of a job that has ended
+  ASSERT_TRUE(store_->Delete(first).ok());
+  job.request_hash = "another request";
+  repeated = store_->Submit(job, kManyJobs, now_);
+  EXPECT_TRUE(repeated.ok() && repeated->is_new);
+  ASSERT_TRUE(store_->RequestCancel(job.id, Outcome(Job::CANCELLED), now_).ok());
+  ASSERT_TRUE(store_->RemoveExpired(now_ + absl::Hours(2)).ok());
+  job.id = "third";
+  job.request_hash = "a third";
+  repeated = store_->Submit(job, kManyJobs, now_);
+  EXPECT_TRUE(repeated.ok() && repeated->is_new);
+}
+
 TEST_P(JobStoreLaws, FinishedTwinGivesItsResultAtOnce) {
   NewJob first = Make();
   first.cache_key = "key";

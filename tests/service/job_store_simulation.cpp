@@ -89,6 +89,7 @@ class History {
     if (!*claimed) return;
     const ClaimedJob& job = **claimed;
     EXPECT_FALSE(final_.contains(job.id)) << "a final job was handed out";
+    EXPECT_FALSE(job.job.cancel_requested()) << "a job to be cancelled was handed out";
     EXPECT_GT(job.epoch, last_epoch_[job.id]) << "an epoch was given twice";
     EXPECT_LE(job.job.attempt_count(), kMaxAttempts);
     EXPECT_LE(job.job.expected_memory_bytes(), claimant.free_memory_bytes);
@@ -136,6 +137,11 @@ class History {
         store_->Release(held.id, held.epoch, mode, now_, now_ + absl::Seconds(Roll(60)));
     if (status.ok()) {
       ExpectHolder(held);
+    } else if (absl::IsCancelled(status)) {
+      ExpectHolder(held);
+      EXPECT_TRUE(job->cancel_requested());
+      EXPECT_TRUE(store_->Finish(held.id, held.epoch, Outcome(Job::CANCELLED), now_).ok());
+      MarkFinal(held.id);
     } else {
       EXPECT_TRUE(absl::IsAborted(status)) << status;
     }
@@ -161,7 +167,12 @@ class History {
     ASSERT_TRUE(reaped.ok()) << reaped.status();
     for (const ClaimedJob& job : reaped->exhausted) {
       EXPECT_EQ(job.job.attempt_count(), kMaxAttempts);
+      EXPECT_FALSE(job.job.cancel_requested());
       EXPECT_TRUE(store_->Finish(job.id, job.epoch, Outcome(Job::FAILED), now_).ok());
+      MarkFinal(job.id);
+    }
+    for (const ClaimedJob& job : reaped->cancelled) {
+      EXPECT_TRUE(store_->Finish(job.id, job.epoch, Outcome(Job::CANCELLED), now_).ok());
       MarkFinal(job.id);
     }
   }
