@@ -37,7 +37,7 @@ class EmulatedRun : public EmulatedDeviceTest {
 // finds out here.
 TEST_F(EmulatedRun, CopiesAndWaitsNoMoreThanItDid) {
   ASSERT_TRUE(MeshBracket(1).ok());
-  EXPECT_LE(controls().uploaded_bytes, 5'700'000);
+  EXPECT_LE(controls().uploaded_bytes, 5'200'000);
   EXPECT_LE(controls().downloaded_bytes, 2'300'000);
   EXPECT_LE(controls().uploads, 45);
   EXPECT_LE(controls().downloads, 40);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -58,6 +59,25 @@ Views OnResidentArrays(ResidentSlot& slot, const Views& host) {
   there.VisitArrays(
       [&](auto& view) { view.data = static_cast<decltype(view.data)>(copies[next++]); });
   return there;
+}
+
+// Host arrays as bodies need them. A structure of views may name the slot where its copy stays
+// (`ResidentSlot* resident`, perhaps null); others are copied for `arrays`.
+template <class E, class Views>
+Views ViewsThere(UploadedArrays<E>& arrays, const Views& host) {
+  if constexpr (requires { *host.resident; }) {
+    if (host.resident != nullptr) return OnResidentArrays<E>(*host.resident, host);
+  }
+  return arrays.Upload(host);
+}
+
+// Memory of the copy that this still takes.
+template <class E, class Views>
+int64_t BytesOfViewsThere(const Views& host) {
+  if constexpr (requires { *host.resident; }) {
+    if (host.resident != nullptr && *host.resident != nullptr) return 0;
+  }
+  return UploadedArrays<E>::Bytes(host);
 }
 
 }  // namespace amhex

@@ -73,6 +73,8 @@ class UploadedArrays {
     CopyBufferOut(reinterpret_cast<const uint8_t*>(array.data), reinterpret_cast<uint8_t*>(host));
   }
   void Synchronize() const { executor_.Synchronize(); }
+  // For whoever writes arrays that were added.
+  E& executor() { return executor_; }
 
   // From all arrays of `there`, which Upload made of a structure of arrays as long as those of
   // `host`, and which nobody is writing. The small ones come together; waits once.

@@ -24,28 +24,6 @@ namespace amhex::fields {
 // Nodes per edge length h.
 inline constexpr int kNodesPerEdge = 2;
 
-// Offsets in cells: 0..2 along +x +y +z, 3..8 face diagonals, 9..17 their negatives.
-inline constexpr std::array<std::array<int, 3>, kNeighbourCount> kNeighbourOffsets{{
-    {1, 0, 0},
-    {0, 1, 0},
-    {0, 0, 1},
-    {1, 1, 0},
-    {1, -1, 0},
-    {1, 0, 1},
-    {1, 0, -1},
-    {0, 1, 1},
-    {0, 1, -1},
-    {-1, 0, 0},
-    {0, -1, 0},
-    {0, 0, -1},
-    {-1, -1, 0},
-    {-1, 1, 0},
-    {-1, 0, -1},
-    {-1, 0, 1},
-    {0, -1, -1},
-    {0, -1, 1},
-}};
-
 // One level of the pyramid; arrays have one entry per node.
 struct GridLevel {
   std::vector<uint64_t> key;                                     // Morton code of the cell
@@ -78,9 +56,16 @@ struct BackgroundGrid {
   double spacing = 1.0 / kNodesPerEdge;  // edge lengths
   Vec3d origin;                          // lower corner of cell (0, 0, 0)
   std::vector<GridLevel> levels;         // finest first
+  mutable ResidentSlot cells_there;      // of the finest level's keys
 
   const GridLevel& fine() const { return levels.front(); }
   int64_t count() const { return fine().count(); }
+  // Those of the finest level, which a device keeps.
+  CellCentres Cells() const {
+    CellCentres cells = CentresOf(fine().key, origin, spacing);
+    cells.resident = &cells_there;
+    return cells;
+  }
   Vec3d Position(int64_t node) const;  // centre of the finest cell
 };
 

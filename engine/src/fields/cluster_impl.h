@@ -11,6 +11,7 @@
 #include "exec/choose_in_turn.h"
 #include "exec/counted_list.h"
 #include "exec/executor.h"
+#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/cluster_task.h"
 #include "fields/point_rows_impl.h"
@@ -109,7 +110,7 @@ class SiteClustering {
     constexpr int64_t kOfNode = sizeof(float) + sizeof(int32_t);  // mass, and the heavy ones
     constexpr int64_t kOfRank = sizeof(int32_t) * 2 + sizeof(Vec3d) + sizeof(ChoiceState);
     return ResidentHullBytes<E>(task.hull, *task.resident) +
-           UploadedArrays<E>::Bytes(task.lattice) + UploadedArrays<E>::Bytes(task.nodes) +
+           UploadedArrays<E>::Bytes(task.lattice) + BytesOfViewsThere<E>(task.nodes) +
            RowsBytes(count, task.rows) + E::SortBytes(count) +
            Larger(count * (kPairs + kOfNode), count * kOfRank + ChooseInTurnBytes(count));
   }
@@ -117,7 +118,7 @@ class SiteClustering {
   // False if it was stopped.
   bool Run() {
     hull_ = ResidentHull<E>(task_.hull, *task_.resident);
-    places_ = arrays_.Upload(task_.nodes);
+    places_ = ViewsThere(arrays_, task_.nodes);
     const LatticeView lattice = arrays_.Upload(task_.lattice);
     rows_ = BuildRows(executor_, task_.rows, lattice.positions);
     clusters_ = {lattice, rows_.View()};

@@ -10,6 +10,7 @@
 #include "base/array_view.h"
 #include "fields/balanced_frame.h"
 #include "fields/frame_math.h"
+#include "fields/grid_keys.h"
 #include "fields/grid_neighbours.h"
 #include "fields/match_code.h"
 #include "fields/quartic_form.h"
@@ -55,6 +56,7 @@ struct SmoothingLevel {
 
 struct SmoothingTask {
   std::vector<SmoothingLevel> levels;  // coarsest first
+  CellCentres cells;                   // of the last level: a device finds its neighbours
   std::vector<Quaternion> frames;      // out: [node_count] of the last level
   ForwardCodes codes;                  // out: likewise
   // Both may be empty. The first is asked from several threads. The second is called after each

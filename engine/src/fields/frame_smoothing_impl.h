@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "exec/executor.h"
+#include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
+#include "fields/find_neighbours.h"
 #include "fields/frame_smoothing.h"
 #include "fields/grid_neighbours.h"
 
@@ -55,7 +57,7 @@ class FrameSmoothing {
   static int64_t Bytes(const SmoothingTask& task) {
     constexpr int64_t kOfNode =
         sizeof(Quaternion) + sizeof(QuarticForm) + sizeof(ForwardCodes::value_type);
-    int64_t sum = 0, coarser = 0, finest = 0;
+    int64_t sum = BytesOfViewsThere<E>(task.cells), coarser = 0, finest = 0;
     for (const SmoothingLevel& level : task.levels) {
       sum += UploadedArrays<E>::Bytes(level);
       coarser = std::exchange(finest, level.node_count());
@@ -64,8 +66,7 @@ class FrameSmoothing {
   }
 
   bool Run() {
-    std::vector<SmoothingLevel> levels;  // there, all at once: most are small
-    for (const SmoothingLevel& level : task_.levels) levels.push_back(arrays_.Upload(level));
+    const std::vector<SmoothingLevel> levels = UploadLevels();
     for (size_t level = 0; level < levels.size(); ++level) {
       Smooth(levels[level]);
       if (level + 1 == levels.size()) MatchNeighbours(levels[level]);
@@ -86,6 +87,26 @@ class FrameSmoothing {
  private:
   template <class T>
   using Array = Buffer<E, T>;
+
+  // All at once: most are small. Neighbours on the last one follow from its cells.
+  std::vector<SmoothingLevel> UploadLevels() {
+    std::vector<SmoothingLevel> levels;
+    for (size_t level = 0; level + 1 < task_.levels.size(); ++level) {
+      levels.push_back(arrays_.Upload(task_.levels[level]));
+    }
+    if (!task_.levels.empty()) levels.push_back(UploadLast(task_.levels.back()));
+    return levels;
+  }
+  SmoothingLevel UploadLast(SmoothingLevel level) {
+    level.neighbours = {};
+    level = arrays_.Upload(level);
+    const auto neighbours =
+        arrays_.template AddArray<int32_t>(level.node_count() * kNeighbourCount);
+    executor_.ForEach("find neighbours", level.node_count(),
+                      FindNeighboursBody{ViewsThere(arrays_, task_.cells).keys, neighbours});
+    level.neighbours = ReadOnly(neighbours);
+    return level;
+  }
 
   void Smooth(const SmoothingLevel& level) {
     const int64_t count = level.node_count();

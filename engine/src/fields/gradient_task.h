@@ -9,6 +9,7 @@
 
 #include "base/array_view.h"
 #include "exec/resident_slot.h"
+#include "fields/grid_keys.h"
 #include "fields/linear_operators.h"
 
 namespace amhex::fields {
@@ -44,6 +45,7 @@ struct PhaseCourse {
 struct GradientTask {
   LinearOperator matrix;
   ResidentSlot* links = nullptr;  // of the matrix; null: made for this task
+  CellCentres cells;  // of a PhaseOperator: links that stay find neighbours there; or empty
   int64_t node_count = 0;
   // Of a PhaseOperator, whose hull weights and pull follow from this. Or:
   const PhaseCourse* course = nullptr;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "exec/resident_slot.h"
 
 namespace amhex::fields {
 
@@ -20,7 +21,7 @@ AMHEX_HD inline int32_t CoordinateOfKey(uint64_t bits) {
   return static_cast<int32_t>(bits);
 }
 
-inline uint64_t SpreadCoordinate(int32_t value) {
+AMHEX_HD inline uint64_t SpreadCoordinate(int32_t value) {
   uint64_t bits = static_cast<uint32_t>(value) & 0x1FFFFFU;
   bits = (bits | bits << 32) & 0x001F00000000FFFFULL;
   bits = (bits | bits << 16) & 0x001F0000FF0000FFULL;
@@ -34,7 +35,7 @@ inline uint64_t SpreadCoordinate(int32_t value) {
 AMHEX_HD inline std::array<int32_t, 3> CellOfKey(uint64_t key) {
   return {CoordinateOfKey(key), CoordinateOfKey(key >> 1), CoordinateOfKey(key >> 2)};
 }
-inline uint64_t KeyOfCell(const std::array<int32_t, 3>& cell) {
+AMHEX_HD inline uint64_t KeyOfCell(const std::array<int32_t, 3>& cell) {
   return SpreadCoordinate(cell[0]) | SpreadCoordinate(cell[1]) << 1 |
          SpreadCoordinate(cell[2]) << 2;
 }
@@ -50,6 +51,7 @@ struct CellCentres {
   ArrayView<const uint64_t> keys;
   Vec3d origin;
   double side = 0;
+  ResidentSlot* resident = nullptr;  // of the keys; null: copied for every task
 
   int64_t count() const { return keys.size; }
   AMHEX_HD Vec3d operator[](int64_t i) const { return CentreOfCell(keys[i], origin, side); }

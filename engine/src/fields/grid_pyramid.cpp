@@ -21,8 +21,8 @@ GridLevel MakeParents(GridLevel* fine) {
 }
 
 std::array<int32_t, 3> Shifted(const std::array<int32_t, 3>& cell, int k) {
-  const std::array<int, 3>& offset = kNeighbourOffsets[k];
-  return {cell[0] + offset[0], cell[1] + offset[1], cell[2] + offset[2]};
+  return {cell[0] + NeighbourOffset(k, 0), cell[1] + NeighbourOffset(k, 1),
+          cell[2] + NeighbourOffset(k, 2)};
 }
 
 void FindNeighboursByPairs(GridLevel* level) {
@@ -43,7 +43,8 @@ void FindNeighboursByPairs(GridLevel* level) {
 // Index of the neighbour offset (x, y, z); -1 for the null offset and for space diagonals.
 int NeighbourIndex(int x, int y, int z) {
   for (int k = 0; k < kNeighbourCount; ++k) {
-    if (kNeighbourOffsets[k] == std::array<int, 3>{x, y, z}) return k;
+    if (NeighbourOffset(k, 0) != x || NeighbourOffset(k, 1) != y) continue;
+    if (NeighbourOffset(k, 2) == z) return k;
   }
   return -1;
 }
@@ -76,11 +77,10 @@ class NeighbourFinder {
       : coarse_(coarse), fine_(fine), children_(ListChildren(fine, coarse.count())) {
     for (int octant = 0; octant < 8; ++octant) {
       for (int k = 0; k < kNeighbourCount; ++k) {
-        const std::array<int, 3>& offset = kNeighbourOffsets[k];
         std::array<int, 3> step{};
         unsigned target = 0;
         for (int axis = 0; axis < 3; ++axis) {
-          const int c = (octant >> axis & 1) + offset[axis];
+          const int c = (octant >> axis & 1) + NeighbourOffset(k, axis);
           step[axis] = c < 0 ? -1 : c / 2;
           target |= static_cast<unsigned>(c & 1) << axis;
         }

@@ -6,7 +6,7 @@ namespace amhex::fields {
 
 absl::Status FindHullConstraints(const HullAsker& hull, BackgroundGrid* grid) {
   GridLevel& level = grid->levels.front();
-  const CellCentres nodes = CentresOf(level.key, grid->origin, grid->spacing);
+  const CellCentres nodes = grid->Cells();
   AMHEX_ASSIGN_OR_RETURN(const std::vector<uint8_t> is_near,
                          hull.Ask(IsNear<CellCentres>{nodes, kHullReach * grid->spacing}));
   std::vector<uint64_t> near_keys;

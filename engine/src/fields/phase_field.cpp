@@ -212,8 +212,9 @@ std::vector<float> Pulls(const PhaseSettings& settings) {
 
 class PhaseSolver {
  public:
-  PhaseSolver(PhaseSystem& phases, const PhaseSettings& settings, const RunContext& run)
-      : phases_(phases), settings_(settings), run_(run), links_(phases.Links()) {}
+  PhaseSolver(PhaseSystem& phases, const CellCentres& cells, const PhaseSettings& settings,
+              const RunContext& run)
+      : phases_(phases), cells_(cells), settings_(settings), run_(run), links_(phases.Links()) {}
 
   // All of `course`, where the settings say.
   absl::Status Solve(const PhaseCourse& course, std::vector<float>* x) {
@@ -226,6 +227,7 @@ class PhaseSolver {
     matrix.hull_weight = {};
     task.matrix = matrix;
     if (settings_.links != nullptr) task.links = &settings_.links->of_nodes;
+    task.cells = cells_;
     task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
     task.course = &course;
     task.x = x;
@@ -267,6 +269,7 @@ class PhaseSolver {
   }
 
   PhaseSystem& phases_;
+  const CellCentres cells_;
   const PhaseSettings& settings_;
   const RunContext& run_;
   const OwnedLinks links_;
@@ -304,7 +307,8 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
       {settings.first_iterations, settings.first_tolerance},
       Pulls(settings),
       [&](int32_t round) { slice.Report((round + 1.0) / (settings.rounds + 2.0)); }};
-  if (absl::Status status = PhaseSolver(phases, settings, run).Solve(course, &x); !status.ok()) {
+  if (absl::Status status = PhaseSolver(phases, grid.Cells(), settings, run).Solve(course, &x);
+      !status.ok()) {
     return status;
   }
   std::vector<Vec3d> positions(grid.count());

@@ -104,13 +104,14 @@ absl::StatusOr<Sites> ClusterSites(const HullAsker& hull, const BackgroundGrid& 
   constexpr double kFullMass = kNodesPerEdge * kNodesPerEdge * kNodesPerEdge;
   ClusterTask task{{ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)},
                    ShapeOfRows(positions, kClusterBinSize),
-                   CentresOf(grid.fine().key, grid.origin, grid.spacing),
-                   hull.queries().view(),
+                   grid.Cells(),
+                   hull.queries().view_if_here(),
                    &hull.queries().resident(),
                    static_cast<float>(kMinMassShare * kFullMass),
                    {},
                    [&slice] { return slice.run().ShouldStop(); }};
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    task.hull = hull.queries().view();
     try {
       return ClusterOnCpu(PointIndex(positions, kClusterBinSize), slice, task);
     } catch (const RunStopped&) {

@@ -24,8 +24,14 @@ absl::StatusOr<std::vector<Vec3d>> FindLowerings(const HullAsker& hull, const Ba
     const int32_t k = level.constraint_of_node[i];
     if (k >= 0) frames[k] = form.frames[i], sizes[k] = form.sizes[i];
   });
-  return hull.Ask(
-      WallLoweringOf{{ViewOf(level.constraints), ViewOf(frames), ViewOf(sizes)}, grid.spacing});
+  std::vector<int32_t> first{0};
+  std::vector<HullConstraint> constraints;  // one after the other: most nodes have one of three
+  for (const HullConstraints& of_node : level.constraints) {
+    constraints.insert(constraints.end(), of_node.begin(), of_node.end());
+    first.push_back(static_cast<int32_t>(constraints.size()));
+  }
+  return hull.Ask(WallLoweringOf{
+      {ViewOf(first), ViewOf(constraints), ViewOf(frames), ViewOf(sizes)}, grid.spacing});
 }
 
 }  // namespace

@@ -13,14 +13,15 @@ namespace amhex::fields {
 
 // Nodes next to the hull, with the lattice that was found there. Views do not own.
 struct NodesAtHull {
-  ArrayView<const HullConstraints> constraints;
+  ArrayView<const int32_t> first;  // [node] place of its constraints, and how many there are
+  ArrayView<const HullConstraint> constraints;
   ArrayView<const Quaternion> frames;
   ArrayView<const Vec3d> sizes;  // of cells along the frames' axes
 
-  int64_t count() const { return constraints.size; }
+  int64_t count() const { return frames.size; }
   template <class Visit>
   void VisitArrays(const Visit& visit) {
-    visit(constraints), visit(frames), visit(sizes);
+    visit(first), visit(constraints), visit(frames), visit(sizes);
   }
 };
 
@@ -37,7 +38,8 @@ struct WallLoweringOf {
     constexpr double kThickEnough = 0.97;
     Vec3d lowering{1, 1, 1};
     const AxisFrame frame = ToFrame(points.frames[i]);
-    for (const HullConstraint& c : points.constraints[i]) {
+    for (int32_t k = points.first[i]; k < points.first[i + 1]; ++k) {
+      const HullConstraint& c = points.constraints[k];
       const NearestAxis nearest = FindNearestAxis(frame, c.normal);
       if (nearest.cosine <= kAlignedCosine) continue;
       const double size = points.sizes[i][nearest.axis];

@@ -199,7 +199,8 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
   hull.volume = sized.volume / (h * h * h);
   hull.warnings = std::move(sized.closed.warnings);
-  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll, device);
+  hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll, device,
+                                                     HullAskers::kDevice);
   if (device != nullptr) hull.device_notes = device->notes();
 
   const TriangleMesh topology{hull.vertices, hull.triangles};

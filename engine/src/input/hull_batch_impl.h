@@ -27,7 +27,7 @@ int64_t ResidentHullBytes(const HullView& hull, const ResidentSlot& slot) {
 template <class E, class Question>
 int64_t HullBatchBytes(const HullBatch<Question>& batch) {
   return ResidentHullBytes<E>(batch.hull, *batch.resident) +
-         UploadedArrays<E>::Bytes(batch.question.points) +
+         BytesOfViewsThere<E>(batch.question.points) +
          batch.question.points.count() * static_cast<int64_t>(sizeof(typename Question::Answer));
 }
 
@@ -40,7 +40,7 @@ bool AnswerBatch(E& executor, HullBatch<Question>& batch) {
   UploadedArrays<E> arrays(executor);
   Buffer<E, Answer> answers = executor.template Alloc<Answer>(count);
   Question question = batch.question;
-  question.points = arrays.Upload(question.points);
+  question.points = ViewsThere(arrays, question.points);
   executor.ForEach("ask the hull", count, AskBody<Question>{hull, question, answers.View()});
   std::vector<Answer> host(static_cast<size_t>(count));
   executor.CopyOut(answers, count, host.data());

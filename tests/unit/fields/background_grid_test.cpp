@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fields/find_neighbours.h"
 #include "fixtures/solids.h"
 #include "unit/fields/field_fixtures.h"
 
@@ -50,7 +51,7 @@ TEST(BackgroundGrid, NeighboursAreMutualAndLieAtTheirOffset) {
         EXPECT_EQ(level.neighbours[j][Opposite(k)], i);
         const auto from = CellOfKey(level.key[i]), to = CellOfKey(level.key[j]);
         for (int axis = 0; axis < 3; ++axis) {
-          EXPECT_EQ(to[axis] - from[axis], kNeighbourOffsets[k][axis]);
+          EXPECT_EQ(to[axis] - from[axis], NeighbourOffset(k, axis));
         }
       }
     }
@@ -67,12 +68,34 @@ TEST(BackgroundGrid, EveryNeighbourThatExistsIsFound) {
       auto cell = CellOfKey(level.key[i]);
       bool is_negative = false;
       for (int axis = 0; axis < 3; ++axis) {
-        cell[axis] += kNeighbourOffsets[k][axis];
+        cell[axis] += NeighbourOffset(k, axis);
         is_negative = is_negative || cell[axis] < 0;
       }
       if (is_negative) continue;
       const bool exists = std::binary_search(level.key.begin(), level.key.end(), KeyOfCell(cell));
       EXPECT_EQ(level.neighbours[i][k] >= 0, exists);
+    }
+  }
+}
+
+// As a device finds them.
+TEST(BackgroundGrid, NeighboursFollowFromTheCellsAlone) {
+  const auto grid = GridOf(HullOf(fixtures::MakeTorus(4, 1.5, 0.5)));
+  ASSERT_TRUE(grid.ok());
+  for (const GridLevel& level : grid->levels) {
+    const ArrayView<const uint64_t> keys{level.key.data(), level.count()};
+    std::vector<int32_t> all(kNeighbourCount * level.count()), along_axes(6 * level.count());
+    const FindNeighboursBody find{keys, {all.data(), kNeighbourCount * level.count()}};
+    const FindAxisNeighboursBody find_along_axes{keys, {along_axes.data(), 6 * level.count()}};
+    for (int64_t i = 0; i < level.count(); ++i) {
+      find(i), find_along_axes(i);
+      for (int k = 0; k < kNeighbourCount; ++k) {
+        EXPECT_EQ(all[kNeighbourCount * i + k], level.neighbours[i][k]);
+      }
+      for (int d = 0; d < 3; ++d) {
+        EXPECT_EQ(along_axes[6 * i + d], level.neighbours[i][d]);
+        EXPECT_EQ(along_axes[6 * i + 3 + d], level.neighbours[i][Opposite(d)]);
+      }
     }
   }
 }
