@@ -10,6 +10,7 @@
 #include "errors.h"
 #include "files.h"
 #include "logging.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -85,7 +86,7 @@ Authenticator::FileStamp Authenticator::StampOf(const std::string& path) {
 
 std::shared_ptr<const TokenTable> Authenticator::Table() {
   std::lock_guard<std::mutex> lock(mutex_);
-  const absl::Time now = absl::Now();
+  const absl::Time now = MonotonicNow();
   if (now < next_look_) return table_;
   next_look_ = now + kLookInterval;
   const FileStamp stamp = StampOf(token_file_);

@@ -8,6 +8,7 @@
 #include "absl/time/time.h"
 #include "grpc_status.h"
 #include "metrics.h"
+#include "monotonic_clock.h"
 
 namespace amhex::server {
 
@@ -20,14 +21,14 @@ class CallRecord {
   // What to finish the call with; to be called once.
   grpc::Status End(const absl::Status& status) const {
     metrics_->CallDuration(method_, absl::StatusCodeToString(status.code()))
-        .Observe(absl::ToDoubleSeconds(absl::Now() - begin_));
+        .Observe(absl::ToDoubleSeconds(MonotonicNow() - begin_));
     return ToGrpc(status);
   }
 
  private:
   Metrics* const metrics_;
   const char* const method_;
-  const absl::Time begin_ = absl::Now();
+  const absl::Time begin_ = MonotonicNow();
 };
 
 }  // namespace amhex::server

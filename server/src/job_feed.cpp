@@ -7,6 +7,7 @@
 #include "errors.h"
 #include "google/protobuf/util/message_differencer.h"
 #include "job.h"
+#include "monotonic_clock.h"
 
 namespace amhex::server {
 namespace {
@@ -30,7 +31,7 @@ void FrameCounter::AdvanceBeyond(int64_t seq) {
 }
 
 JobFeed::JobFeed(const Job& job, FrameCounter* counter)
-    : counter_(counter), current_(job), last_publish_time_(absl::Now()) {
+    : counter_(counter), current_(job), last_publish_time_(MonotonicNow()) {
   last_seq_ = counter_->Next();
   last_dropped_seq_ = last_seq_;
 }
@@ -41,7 +42,7 @@ JobFeed::Listeners JobFeed::AppendLocked(Frame frame) {
   frame.response.set_seq(last_seq_);
   skippable_frame_count_ += frame.can_be_skipped() ? 1 : 0;
   frames_.push_back(std::move(frame));
-  last_publish_time_ = absl::Now();
+  last_publish_time_ = MonotonicNow();
   DropOldSkippableLocked();
   return ListenersLocked();
 }

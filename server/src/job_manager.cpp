@@ -314,7 +314,9 @@ void JobManager::CountFinished(const Job& job) {
   metrics_->attempts.Observe(job.attempt_count());
   double seconds = 0;
   if (job.has_start_time()) {
-    seconds = absl::ToDoubleSeconds(FromProto(job.end_time()) - FromProto(job.start_time()));
+    // The clock may have been set back in between.
+    seconds = std::max(
+        absl::ToDoubleSeconds(FromProto(job.end_time()) - FromProto(job.start_time())), 0.0);
     metrics_->JobDuration(job.result().statistics().cell_count()).Observe(seconds);
   }
   LogInfo("job_finished", {{"job", job.name()},

@@ -236,6 +236,7 @@ class JobManager {
   void ForgetQuietFeeds();
   void EndReaped(const ReapedLeases& reaped, absl::Time now);
   void EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome, absl::Time now);
+  void KeepLeasesAfterAJump(absl::Time now);
   void TendQueue();
   void CollectGarbage();
   // Removes blobs that nobody has used since, and returns the bytes freed.
@@ -265,6 +266,7 @@ class JobManager {
   std::vector<std::shared_ptr<JobFeed>> watched_feeds_;       // those that have readers
   std::map<std::string, std::shared_ptr<Attempt>> attempts_;  // by job id, running
   bool stopping_ = false;
+  absl::Time last_tended_ = absl::Now();  // by the housekeeper, and for it alone
   std::condition_variable housekeeper_wake_;
   std::thread housekeeper_;
 };

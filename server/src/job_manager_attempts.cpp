@@ -63,8 +63,8 @@ std::shared_ptr<Attempt> JobManager::ClaimNext(const std::string& worker) {
                           {"epoch", next.epoch},
                           {"worker", worker}});
   if (job.attempt_count() == 1) {
-    metrics_->queue_wait_seconds.Observe(
-        absl::ToDoubleSeconds(FromProto(job.start_time()) - FromProto(job.create_time())));
+    const absl::Duration wait = FromProto(job.start_time()) - FromProto(job.create_time());
+    metrics_->queue_wait_seconds.Observe(std::max(absl::ToDoubleSeconds(wait), 0.0));
   }
   const auto feed = FeedFor(next.id, job);
   auto attempt = std::make_shared<Attempt>(next, feed, blobs_->NewWorkPath(next.id, next.epoch));

@@ -6,6 +6,7 @@
 #include "job_id.h"
 #include "job_manager.h"
 #include "logging.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -61,10 +62,10 @@ void JobManager::RefreshForeignFeed(const std::string& id, const std::shared_ptr
 
 absl::StatusOr<std::vector<std::string>> JobManager::FinishPatiently(const Attempt& attempt,
                                                                      const FinalOutcome& outcome) {
-  const absl::Time deadline = absl::Now() + options_.lease;
+  const absl::Time deadline = MonotonicNow() + options_.lease;
   while (true) {
     auto twins = store_->Finish(attempt.id(), attempt.epoch(), outcome, absl::Now());
-    if (!absl::IsUnavailable(twins.status()) || absl::Now() >= deadline) return twins;
+    if (!absl::IsUnavailable(twins.status()) || MonotonicNow() >= deadline) return twins;
     absl::SleepFor(kFinishRetryPause);
   }
 }

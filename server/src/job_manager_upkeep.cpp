@@ -9,6 +9,7 @@
 #include "job_manager.h"
 #include "job_record.h"
 #include "logging.h"
+#include "monotonic_clock.h"
 
 namespace amhex::server {
 namespace {
@@ -24,21 +25,21 @@ constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 }  // namespace
 
 void JobManager::Housekeep() {
-  absl::Time next_queue = absl::Now();
-  absl::Time next_garbage = absl::Now();
+  absl::Time next_queue = MonotonicNow();
+  absl::Time next_garbage = MonotonicNow();
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stopping_) {
     lock.unlock();
     TendWatchedFeeds();
-    if (absl::Now() >= next_queue) {
+    if (MonotonicNow() >= next_queue) {
       TendQueue();
       if (options_.relay) TendForeignFeeds();
       ForgetQuietFeeds();
-      next_queue = absl::Now() + kQueueInterval;
+      next_queue = MonotonicNow() + kQueueInterval;
     }
-    if (absl::Now() >= next_garbage) {
+    if (MonotonicNow() >= next_garbage) {
       CollectGarbage();
-      next_garbage = absl::Now() + kGarbageInterval;
+      next_garbage = MonotonicNow() + kGarbageInterval;
     }
     lock.lock();
     housekeeper_wake_.wait_for(lock, absl::ToChronoMilliseconds(kTick),
@@ -59,7 +60,7 @@ void JobManager::TendWatchedFeeds() {
   int64_t readers = 0;
   for (const auto& feed : feeds) {
     readers += feed->reader_count();
-    const absl::Duration quiet = absl::Now() - feed->last_publish_time();
+    const absl::Duration quiet = MonotonicNow() - feed->last_publish_time();
     if (quiet > options_.quiet_feed_interval && !IsFinal(feed->state())) {
       // A second chance for news that the store failed to give; in a cluster, see TendForeignFeeds.
       if (!options_.relay) PublishStored(JobIdFromName(feed->Current().name()));
@@ -72,7 +73,7 @@ void JobManager::TendWatchedFeeds() {
 
 void JobManager::ForgetQuietFeeds() {
   std::lock_guard<std::mutex> lock(mutex_);
-  const absl::Time oldest = absl::Now() - kFinalFeedAge;
+  const absl::Time oldest = MonotonicNow() - kFinalFeedAge;
   for (auto entry = feeds_.begin(); entry != feeds_.end();) {
     // Attempts, readers and calls under way hold the feed too; they got it under the lock.
     const bool needed =
@@ -103,10 +104,24 @@ void JobManager::EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome
   PublishFinished(job.id);
 }
 
+// Where this process stood still for longer than a lease, or the clock was set, the leases of its
+// own attempts have ended by the calendar, though nobody was there to take them over.
+void JobManager::KeepLeasesAfterAJump(absl::Time now) {
+  const absl::Duration gap = now - std::exchange(last_tended_, now);
+  if (options_.relay || gap < kQueueInterval + options_.lease / 3) return;
+  std::vector<std::shared_ptr<Attempt>> attempts;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& entry : attempts_) attempts.push_back(entry.second);
+  }
+  for (const auto& attempt : attempts) KeepLease(*attempt);
+}
+
 void JobManager::TendQueue() {
   const absl::Time now = absl::Now();
+  KeepLeasesAfterAJump(now);
   const auto reaped = store_->ReapExpiredLeases(now);
-  metrics_->store_up.Set(absl::IsUnavailable(reaped.status()) ? 0 : 1);
+  metrics_->store_up.Set(reaped.ok() ? 1 : 0);
   // The other calls would only wait as well, and watchers with them.
   if (absl::IsUnavailable(reaped.status())) return;
   if (reaped.ok()) EndReaped(*reaped, now);

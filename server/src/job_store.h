@@ -24,6 +24,10 @@ namespace amhex::server {
 // came at most (steps * kPriorityStep) before it, so nothing waits for ever.
 inline constexpr absl::Duration kPriorityStep = absl::Minutes(1);
 
+// No job is released for longer. One that is to wait beyond that was queued before the clock was
+// set back, and waits no more.
+inline constexpr absl::Duration kLongestDelay = absl::Minutes(10);
+
 // Whom a job belongs to and what that tenant may have. Zero bounds nothing.
 struct Tenant {
   std::string name = "default";
@@ -135,8 +139,9 @@ class JobStore {
   virtual absl::StatusOr<std::vector<std::string>> Finish(const std::string& id, int64_t epoch,
                                                           const FinalOutcome& outcome,
                                                           absl::Time now) = 0;
-  // Back to the queue, not before `not_before`; the caller checks max_attempts. ABORTED if fenced;
-  // CANCELLED if a cancel was requested: the caller ends the job, which runs still.
+  // Back to the queue, not before `not_before`, at most kLongestDelay from now; the caller checks
+  // max_attempts. ABORTED if fenced; CANCELLED if a cancel was requested: the caller ends the job,
+  // which runs still.
   virtual absl::Status Release(const std::string& id, int64_t epoch, ReleaseMode mode,
                                absl::Time now, absl::Time not_before) = 0;
 

@@ -5,6 +5,7 @@
 #include "errors.h"
 #include "job.h"
 #include "job_id.h"
+#include "monotonic_clock.h"
 #include "request_checks.h"
 #include "status_macros.h"
 
@@ -121,7 +122,7 @@ void MeshReactor::Pump() {
     if (cancelled_) {
       item.end = absl::CancelledError("the client ended the stream");
     } else {
-      item = reader_->Next(absl::Now());
+      item = reader_->Next(MonotonicNow());
     }
     if (item.frame) {
       if (item.frame->has_job()) job_ = item.frame->job();

@@ -12,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "errors.h"
 #include "logging.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -56,7 +57,7 @@ absl::Status StatementError(const PGresult* result) {
 bool WaitForSocket(int fd, short events, absl::Time deadline) {
   pollfd entry{fd, events, 0};
   while (true) {
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = deadline - MonotonicNow();
     if (left <= absl::ZeroDuration()) return false;
     const auto timeout = static_cast<int>(
         absl::ToInt64Milliseconds(std::min<absl::Duration>(left, absl::Hours(1))) + 1);
@@ -117,7 +118,7 @@ int64_t PostgresRows::ChangeCount() const {
 
 absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresConnection::Open(
     const std::string& url, absl::Duration patience) {
-  const absl::Time deadline = absl::Now() + patience;
+  const absl::Time deadline = MonotonicNow() + patience;
   PGconn* raw = PQconnectStart(url.c_str());
   if (raw == nullptr) return Unavailable();
   std::unique_ptr<PostgresConnection> connection(new PostgresConnection(raw, patience));
@@ -158,7 +159,7 @@ absl::Status PostgresConnection::WaitForAnswer(absl::Time deadline) {
 }
 
 absl::StatusOr<PostgresRows> PostgresConnection::Collect() {
-  const absl::Time deadline = absl::Now() + patience_;
+  const absl::Time deadline = MonotonicNow() + patience_;
   PostgresRows rows;
   absl::Status error;
   while (true) {
@@ -204,7 +205,7 @@ absl::Status PostgresConnection::Execute(const std::string& script) {
 absl::StatusOr<std::vector<std::string>> PostgresConnection::WaitForNotifications(
     absl::Duration patience) {
   std::vector<std::string> payloads;
-  if (WaitForSocket(PQsocket(connection_), POLLIN, absl::Now() + patience) &&
+  if (WaitForSocket(PQsocket(connection_), POLLIN, MonotonicNow() + patience) &&
       PQconsumeInput(connection_) == 0) {
     return Lost("listen");
   }
@@ -222,7 +223,7 @@ absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresPool::Take() {
                                          [this] { return in_use_ < options_.connection_count; });
     if (!free) return Unavailable();
     // While the database is away, callers are told so at once instead of queueing up.
-    if (idle_.empty() && absl::Now() < next_attempt_) return last_failure_;
+    if (idle_.empty() && MonotonicNow() < next_attempt_) return last_failure_;
     ++in_use_;
     if (!idle_.empty()) {
       auto connection = std::move(idle_.back());
@@ -238,7 +239,7 @@ absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresPool::Take() {
   std::lock_guard<std::mutex> lock(mutex_);
   --in_use_;
   returned_.notify_one();
-  next_attempt_ = absl::Now() + kReconnectPause;
+  next_attempt_ = MonotonicNow() + kReconnectPause;
   last_failure_ = opened.status();
   return opened;
 }

@@ -47,12 +47,16 @@ absl::StatusOr<std::optional<PostgresJobStore::Candidate>> PostgresJobStore::Nex
   AMHEX_ASSIGN_OR_RETURN(
       auto next,
       db.Run("SELECT id, memory_bytes, greatest(create_time, not_before) FROM job AS next"
-             " WHERE tenant = $1 AND state = 1 AND not_before <= $2"
+             " WHERE tenant = $1 AND state = 1 AND (not_before <= $2 OR not_before > $4)"
              " AND (queue_deadline IS NULL OR queue_deadline > $2) AND memory_bytes <= $3"
              " AND (cache_key IS NULL OR NOT EXISTS (SELECT 1 FROM job AS twin WHERE"
              " twin.tenant = $1 AND twin.cache_key = next.cache_key AND twin.state = 2))"
              " ORDER BY queue_key, number LIMIT 1 FOR UPDATE SKIP LOCKED",
-             PostgresValues().Text(share.tenant).Int(now).Int(memory_bytes)));
+             PostgresValues()
+                 .Text(share.tenant)
+                 .Int(now)
+                 .Int(memory_bytes)
+                 .Int(now + absl::ToInt64Microseconds(kLongestDelay))));
   if (!next.Next()) return std::optional<Candidate>();
   return std::optional<Candidate>(
       {next.TextColumn(0), share.tenant, next.IntColumn(1), next.IntColumn(2)});

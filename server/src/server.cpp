@@ -10,9 +10,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -171,13 +173,19 @@ struct Server::Parts {
   std::unique_ptr<prometheus::Exposer> exposer;
   std::vector<std::string> addresses;
   std::string metrics_address;
+  std::mutex health_mutex;
+  std::mutex stop_mutex;
+  std::condition_variable hurry;
   std::atomic<bool> stopping{false};
+  bool in_a_hurry = false;
   bool stopped = false;
 
   absl::Status OpenStores();
   absl::Status StartGrpc();
   absl::Status StartMetrics();
-  void ShowHealth(int ready_count);
+  void ShowHealth();
+  // Waits, unless somebody is in a hurry.
+  void WaitForBalancers();
 };
 
 absl::Status Server::Parts::OpenStores() {
@@ -255,7 +263,7 @@ absl::Status Server::Parts::StartGrpc() {
     }
     addresses.push_back(WithPort(options.listen[i], ports[i]));
   }
-  ShowHealth(0);
+  ShowHealth();
   return absl::OkStatus();
 }
 
@@ -271,13 +279,22 @@ absl::Status Server::Parts::StartMetrics() {
   return absl::OkStatus();
 }
 
-// "" tells that the process lives, also while it drains; the others whether they are of use.
-void Server::Parts::ShowHealth(int ready_count) {
+// "" tells that the process lives, also while it drains; the others whether they are of use. What
+// is shown is looked up under the lock: whoever shows last shows what is true.
+void Server::Parts::ShowHealth() {
+  std::lock_guard<std::mutex> showing(health_mutex);
+  const int ready_count = pool->ready_count();
   auto* health = grpc_server->GetHealthCheckService();
   const bool ready = ready_count > 0 && !stopping;
   health->SetServingStatus(kMesherService, ready);
   health->SetServingStatus(kWorkerService, ready_count > 0);
   health->SetServingStatus(kBlobsService, !stopping);
+}
+
+void Server::Parts::WaitForBalancers() {
+  std::unique_lock<std::mutex> waiting(stop_mutex);
+  hurry.wait_for(waiting, absl::ToChronoMilliseconds(options.drain_delay),
+                 [this] { return in_a_hurry; });
 }
 
 Server::Server(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -290,8 +307,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Create(const ServerOptions& opti
   AMHEX_RETURN_IF_ERROR(server->parts_->OpenStores());
   AMHEX_RETURN_IF_ERROR(server->parts_->StartMetrics());
   AMHEX_RETURN_IF_ERROR(server->parts_->StartGrpc());
-  server->parts_->pool->Start(
-      [raw = server->parts_.get()](int ready_count) { raw->ShowHealth(ready_count); });
+  server->parts_->pool->Start([raw = server->parts_.get()] { raw->ShowHealth(); });
   for (const std::string& address : server->addresses()) {
     LogInfo("serving", {{"address", address}, {"version", kServerVersion}});
   }
@@ -314,12 +330,17 @@ WorkerPool& Server::pool() { return *parts_->pool; }
 
 void Server::Stop(absl::Time deadline) {
   if (parts_->stopping.exchange(true)) {
+    {
+      std::lock_guard<std::mutex> lock(parts_->stop_mutex);
+      parts_->in_a_hurry = true;
+    }
+    parts_->hurry.notify_all();
     parts_->pool->HurryUp(deadline);
     return;
   }
   LogInfo("draining", {{"seconds", absl::ToDoubleSeconds(deadline - absl::Now())}});
-  parts_->ShowHealth(parts_->pool->ready_count());
-  if (deadline > absl::Now()) absl::SleepFor(parts_->options.drain_delay);
+  parts_->ShowHealth();
+  if (deadline > absl::Now()) parts_->WaitForBalancers();
   parts_->manager->StartDraining();
   parts_->pool->Stop(deadline);
   parts_->manager->CloseFeeds();

@@ -32,12 +32,13 @@ absl::StatusOr<std::optional<SqliteJobStore::Candidate>> SqliteJobStore::NextOfT
       auto next,
       database_->Prepare(
           "SELECT id, lease_epoch, memory_bytes, max(create_time, not_before) FROM job AS next"
-          " WHERE tenant = ?1 AND state = 1 AND not_before <= ?2"
+          " WHERE tenant = ?1 AND state = 1 AND (not_before <= ?2 OR not_before > ?4)"
           " AND (queue_deadline IS NULL OR queue_deadline > ?2) AND memory_bytes <= ?3"
           " AND (cache_key IS NULL OR NOT EXISTS (SELECT 1 FROM job AS twin WHERE"
           " twin.tenant = ?1 AND twin.cache_key = next.cache_key AND twin.state = 2))"
           " ORDER BY queue_key, number LIMIT 1"));
   next.Text(tenant).Int(absl::ToUnixMicros(now)).Int(memory_bytes);
+  next.Int(absl::ToUnixMicros(now + kLongestDelay));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row, next.Step());
   if (!has_row) return std::optional<Candidate>();
   return std::optional<Candidate>({next.TextColumn(0), next.IntColumn(1), next.IntColumn(2),

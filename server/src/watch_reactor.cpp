@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "monotonic_clock.h"
 #include "request_checks.h"
 
 namespace amhex::server {
@@ -44,7 +45,7 @@ void WatchReactor::Pump() {
     if (cancelled_) {
       item.end = absl::CancelledError("the client ended the stream");
     } else {
-      item = reader_->Next(absl::Now());
+      item = reader_->Next(MonotonicNow());
     }
     if (item.frame) {
       frame_ = *std::move(item.frame);

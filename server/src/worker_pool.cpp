@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "errors.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 #include "worker_slot.h"
 
@@ -20,7 +21,7 @@ WorkerPool::WorkerPool(const Options& options, JobManager* manager)
 
 WorkerPool::~WorkerPool() { Stop(absl::Now()); }
 
-void WorkerPool::Start(std::function<void(int)> on_ready_change) {
+void WorkerPool::Start(std::function<void()> on_ready_change) {
   on_ready_change_ = std::move(on_ready_change);
   for (int i = 0; i < options_.worker_count; ++i) {
     slots_.push_back(std::make_unique<WorkerSlot>(this, i));
@@ -39,14 +40,14 @@ void WorkerPool::HurryUp(absl::Time deadline) {
 }
 
 void WorkerPool::ChangeReadyCount(int change) {
-  const int count = ready_count_ += change;
-  manager_->metrics().workers_ready.Set(count);
-  if (on_ready_change_) on_ready_change_(count);
+  ready_count_ += change;
+  manager_->metrics().workers_ready.Increment(change);
+  if (on_ready_change_) on_ready_change_();
 }
 
 void WorkerPool::ChangeQuarantinedCount(int change) {
-  const int count = quarantined_count_ += change;
-  manager_->metrics().workers_quarantined.Set(count);
+  quarantined_count_ += change;
+  manager_->metrics().workers_quarantined.Increment(change);
 }
 
 void WorkerPool::TakeHello(int worker, const amhex::worker::Hello& hello) {
@@ -77,7 +78,7 @@ std::vector<pid_t> WorkerPool::pids() const {
 }
 
 absl::StatusOr<amhex::v1::CostEstimate> WorkerPool::Estimate(amhex::worker::RunJob order) {
-  const absl::Time deadline = absl::Now() + kEstimatePatience;
+  const absl::Time deadline = MonotonicNow() + kEstimatePatience;
   AMHEX_ASSIGN_OR_RETURN(auto process,
                          WorkerProcess::Start(options_.command, options_.start_patience));
   order.set_estimate_only(true);
@@ -95,7 +96,7 @@ absl::StatusOr<amhex::v1::CostEstimate> WorkerPool::Estimate(amhex::worker::RunJ
       return MakeError(absl::StatusCode::kUnavailable, amhex::v1::SERVER_DRAINING,
                        "the server is shutting down");
     }
-    if (absl::Now() >= deadline) {
+    if (MonotonicNow() >= deadline) {
       return ServerFault("the estimate took longer than " +
                          absl::FormatDuration(kEstimatePatience));
     }

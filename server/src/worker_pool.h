@@ -51,9 +51,10 @@ class WorkerPool {
   WorkerPool(const Options& options, JobManager* manager);
   ~WorkerPool();  // as Stop(absl::Now())
 
-  // Starts the threads; the workers come up in the background. `on_ready_change` is told the number
-  // of workers that can take jobs, from any thread, until Stop has returned.
-  void Start(std::function<void(int ready_count)> on_ready_change);
+  // Starts the threads; the workers come up in the background. `on_ready_change` is called after
+  // each change of ready_count(), from any thread and from several at once, until Stop has
+  // returned.
+  void Start(std::function<void()> on_ready_change);
   // Lets running jobs finish until `deadline`, then gives them back. Once; joins the threads.
   void Stop(absl::Time deadline);
   // From another thread, moves the deadline of a Stop under way.
@@ -81,7 +82,7 @@ class WorkerPool {
   void TakeHello(int worker, const amhex::worker::Hello& hello);
   void ChangeQuarantinedCount(int change);
 
-  std::function<void(int)> on_ready_change_;
+  std::function<void()> on_ready_change_;
   mutable std::mutex mutex_;
   amhex::worker::Hello hello_;
   std::map<int, amhex::worker::Hello> hellos_;  // by the worker's number

@@ -6,6 +6,7 @@
 #include "errors.h"
 #include "files.h"
 #include "input_preflight.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 #include "worker/worker_protocol.pb.h"
 
@@ -40,8 +41,8 @@ std::string CubeArrays() {
 }
 
 absl::Status AwaitVerdict(FrameChannel* channel, const ProbeOptions& options) {
-  const absl::Time deadline = absl::Now() + options.patience;
-  while (absl::Now() < deadline && !options.stopping()) {
+  const absl::Time deadline = MonotonicNow() + options.patience;
+  while (MonotonicNow() < deadline && !options.stopping()) {
     amhex::worker::FromWorker news;
     AMHEX_ASSIGN_OR_RETURN(const auto outcome, channel->Receive(&news, kPollInterval));
     if (outcome != FrameChannel::Outcome::kFrame || !news.has_finished()) continue;

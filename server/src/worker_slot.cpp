@@ -7,6 +7,7 @@
 
 #include "errors.h"
 #include "logging.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 #include "time_convert.h"
 #include "worker/worker_fd.h"
@@ -65,7 +66,9 @@ void WorkerSlot::Start() {
 void WorkerSlot::StartStopping(absl::Time deadline) {
   {
     std::lock_guard<std::mutex> lock(sleep_mutex_);
-    stop_deadline_nanos_ = absl::ToUnixNanos(deadline);
+    // Whoever is in more of a hurry is obeyed.
+    const int64_t nanos = absl::ToUnixNanos(MonotonicNow() + (deadline - absl::Now()));
+    stop_deadline_nanos_ = std::min(stop_deadline_nanos_.load(), nanos);
     stopping_ = true;
   }
   sleep_wake_.notify_all();
@@ -206,7 +209,7 @@ bool WorkerSlot::SendOrder(const Attempt& attempt) {
 
 void WorkerSlot::RunAttempt(std::shared_ptr<Attempt> attempt) {
   Run run;
-  const absl::Time now = absl::Now();
+  const absl::Time now = MonotonicNow();
   run.attempt = std::move(attempt);
   run.next_heartbeat = now + manager_->options().lease / 3;
   run.run_deadline = now + FromProto(run.attempt->job().run_timeout()) + kRunTimeoutGrace;
@@ -221,7 +224,7 @@ void WorkerSlot::RunAttempt(std::shared_ptr<Attempt> attempt) {
 }
 
 void WorkerSlot::CheckStopCauses(Run* run) {
-  const absl::Time now = absl::Now();
+  const absl::Time now = MonotonicNow();
   if (now >= run->next_heartbeat) {
     run->next_heartbeat = now + manager_->options().lease / 3;
     if (!manager_->KeepLease(*run->attempt)) {
@@ -252,7 +255,7 @@ void WorkerSlot::AskToStop(StopCause cause, Run* run) {
   const absl::Duration patience = cause == StopCause::kCancel
                                       ? std::min(options.cancel_patience, options.stop_patience)
                                       : options.stop_patience;
-  run->kill_time = absl::Now() + patience;
+  run->kill_time = MonotonicNow() + patience;
   ToWorker frame;
   frame.mutable_stop();
   // If it cannot be sent the worker is dead, which the next Receive tells.
@@ -262,7 +265,8 @@ void WorkerSlot::AskToStop(StopCause cause, Run* run) {
 void WorkerSlot::WaitForNews(Run* run) {
   FromWorker news;
   const int wake_fd = run->stop_cause == StopCause::kNone ? run->attempt->wake_fd() : -1;
-  const absl::Duration wait = std::clamp(run->kill_time - absl::Now(), kMinNewsWait, kMaxNewsWait);
+  const absl::Duration wait =
+      std::clamp(run->kill_time - MonotonicNow(), kMinNewsWait, kMaxNewsWait);
   const auto outcome = process_->channel().Receive(&news, wait, wake_fd);
   if (!outcome.ok()) {
     process_->Kill();
@@ -292,7 +296,7 @@ void WorkerSlot::Handle(const FromWorker& news, Run* run) {
     case FromWorker::kProgress:
       run->stage = news.progress().stage();
       run->decode_deadline = run->stage == amhex::v1::STAGE_DECODE_INPUT
-                                 ? absl::Now() + pool_->options_.decode_patience
+                                 ? MonotonicNow() + pool_->options_.decode_patience
                                  : absl::InfiniteFuture();
       manager_->ReportProgress(*run->attempt, news.progress());
       break;

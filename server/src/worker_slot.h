@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -77,7 +78,7 @@ class WorkerSlot {
   bool device_lost_ = false;
   bool quarantined_ = false;
   std::atomic<bool> stopping_{false};
-  std::atomic<int64_t> stop_deadline_nanos_{0};
+  std::atomic<int64_t> stop_deadline_nanos_{std::numeric_limits<int64_t>::max()};
   std::mutex sleep_mutex_;
   std::condition_variable sleep_wake_;
   std::thread thread_;

@@ -94,6 +94,7 @@ TEST_F(FaultTest, FrozenServerGoesOnWhereItStopped) {
   kill(pid(), SIGCONT);
   SayGo();
   ASSERT_TRUE(Reaches(name, Job::SUCCEEDED));
+  EXPECT_EQ(Get(name).attempt_count(), 1);
   EXPECT_EQ(Get(name).result().mesh().sha256(), Sha256Hex("mesh"));
 }
 

@@ -141,6 +141,20 @@ TEST_P(JobStoreLaws, ReleaseSpendsOrGivesBackTheAttempt) {
   EXPECT_EQ(store_->Get(id)->attempt_count(), 1);
 }
 
+TEST_P(JobStoreLaws, ClockThatIsSetBackHoldsNoQueuedJobUp) {
+  Submit(Make());
+  now_ -= absl::Hours(5);
+  const ClaimedJob claimed = Claim();
+  now_ += absl::Hours(5);
+  ASSERT_TRUE(store_
+                  ->Release(claimed.id, claimed.epoch, ReleaseMode::kSpendAttempt, now_,
+                            now_ + kLongestDelay)
+                  .ok());
+  EXPECT_TRUE(NothingToClaim());
+  now_ -= absl::Seconds(1);
+  Claim();
+}
+
 TEST_P(JobStoreLaws, ReleasedJobWaitsUntilItsTime) {
   const std::string id = Submit(Make());
   const ClaimedJob claimed = Claim();

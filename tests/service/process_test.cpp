@@ -93,6 +93,16 @@ TEST_F(ProcessTest, SecondSignalEndsTheDrainAtOnce) {
   EXPECT_EQ(Wait(), 0);
 }
 
+TEST_F(ProcessTest, SecondSignalAlsoEndsTheWaitForBalancersAtOnce) {
+  DaemonTest::Start({"--drain-delay", "600", "--drain-timeout", "600"});
+  const std::string name = Submit("progress 1; sleep 60000;");
+  ASSERT_TRUE(Reaches(name, Job::RUNNING));
+  kill(pid(), SIGTERM);
+  absl::SleepFor(absl::Milliseconds(200));
+  kill(pid(), SIGTERM);
+  EXPECT_EQ(Wait(), 0);
+}
+
 TEST_F(ProcessTest, HealthTellsReadinessAndKeepsLivenessWhileDraining) {
   Start();
   HealthClient health(channel());

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 
+#include "monotonic_clock.h"
 #include "status_macros.h"
 
 namespace amhex::server {
@@ -80,13 +81,13 @@ absl::Status FrameChannel::ReadMore() {
 
 absl::StatusOr<FrameChannel::Outcome> FrameChannel::Receive(google::protobuf::MessageLite* message,
                                                             absl::Duration timeout, int wake_fd) {
-  const absl::Time deadline = absl::Now() + timeout;
+  const absl::Time deadline = MonotonicNow() + timeout;
   while (true) {
     AMHEX_ASSIGN_OR_RETURN(const bool whole, TakeFrame(message));
     if (whole) return Outcome::kFrame;
     std::array<pollfd, 2> fds = {pollfd{socket_.get(), POLLIN, 0}, pollfd{wake_fd, POLLIN, 0}};
     const int ready =
-        poll(fds.data(), wake_fd >= 0 ? 2 : 1, PollMilliseconds(deadline - absl::Now()));
+        poll(fds.data(), wake_fd >= 0 ? 2 : 1, PollMilliseconds(deadline - MonotonicNow()));
     if (ready < 0 && errno != EINTR) return Gone();
     if (ready == 0) return Outcome::kTimeout;
     if (ready > 0 && fds[0].revents != 0) AMHEX_RETURN_IF_ERROR(ReadMore());

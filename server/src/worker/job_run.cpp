@@ -14,6 +14,7 @@
 #include "errors.h"
 #include "files.h"
 #include "mesh_codec.h"
+#include "monotonic_clock.h"
 #include "status_macros.h"
 #include "surface_codec.h"
 #include "time_convert.h"
@@ -38,7 +39,7 @@ int64_t PeakMemoryBytes() {
 class OwnStage {
  public:
   OwnStage(amhex::v1::Stage stage, const SendNews& send)
-      : stage_(stage), send_(send), start_(absl::Now()) {
+      : stage_(stage), send_(send), start_(MonotonicNow()) {
     FromWorker news;
     news.mutable_progress()->set_stage(stage);
     send_(news);
@@ -48,7 +49,7 @@ class OwnStage {
     FromWorker news;
     news.mutable_stage()->set_io_bytes(static_cast<int64_t>(io_bytes));
     news.mutable_stage()->set_stage(stage_);
-    *news.mutable_stage()->mutable_wall_duration() = ToProto(absl::Now() - start_);
+    *news.mutable_stage()->mutable_wall_duration() = ToProto(MonotonicNow() - start_);
     news.mutable_stage()->set_peak_memory_bytes(PeakMemoryBytes());
     send_(news);
   }
