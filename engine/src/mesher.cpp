@@ -18,6 +18,7 @@
 #include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
 #include "stage.h"
+#include "tell_thin.h"
 #include "trials.h"
 #include "volume_mesher.h"
 
@@ -48,23 +49,9 @@ MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend bac
   return effective;
 }
 
-absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidance,
-                                  const MeshingParams& params, RunContext& run) {
-  AMHEX_RETURN_IF_ERROR(Validate(params));
-  AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
-  const size_t threads = params.run.thread_count > 0
-                             ? static_cast<size_t>(params.run.thread_count)
-                             : static_cast<size_t>(oneapi::tbb::info::default_concurrency());
-  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          threads);
-
-  const auto* volume = std::get_if<VolumeMesh>(&input);
-  if (volume != nullptr && params.input.volume_use != VolumeUse::kHull) {
-    return MeshVolume(*volume, guidance, params, run);
-  }
-  AMHEX_ASSIGN_OR_RETURN(const Hull hull, GuardStage(run, Stage::kCheckInput, [&] {
-                           return BuildGuidedHull(input, guidance, params, run);
-                         }));
+// All stages after check_input.
+absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& backend,
+                                       const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(const HullSamples samples, GuardStage(run, Stage::kSampleHull, [&] {
                            return SampleHull(hull, params.run.backend, run);
                          }));
@@ -91,6 +78,28 @@ absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidan
   const BackendChoice settled = Settle(backend, notes);
   result.effective_params = Resolve(params, hull, settled.backend);
   result.backend_note = settled.note;
+  return result;
+}
+
+absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidance,
+                                  const MeshingParams& params, RunContext& run) {
+  AMHEX_RETURN_IF_ERROR(Validate(params));
+  AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
+  const size_t threads = params.run.thread_count > 0
+                             ? static_cast<size_t>(params.run.thread_count)
+                             : static_cast<size_t>(oneapi::tbb::info::default_concurrency());
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          threads);
+
+  const auto* volume = std::get_if<VolumeMesh>(&input);
+  if (volume != nullptr && params.input.volume_use != VolumeUse::kHull) {
+    return MeshVolume(*volume, guidance, params, run);
+  }
+  AMHEX_ASSIGN_OR_RETURN(const Hull hull, GuardStage(run, Stage::kCheckInput, [&] {
+                           return BuildGuidedHull(input, guidance, params, run);
+                         }));
+  absl::StatusOr<MeshingResult> result = MeshHull(hull, backend, params, run);
+  if (!result.ok()) return TellThinWalls(result.status(), hull, run);
   return result;
 }
 

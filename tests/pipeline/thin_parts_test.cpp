@@ -179,6 +179,30 @@ TEST(ThinParts, ASurfaceWithinTheSolidIsNotToldAsThin) {
   EXPECT_THAT(result->warnings.back(), Not(HasSubstr("too thin")));
 }
 
+// Points on both sides of a plate, half as far from each other as the sides are.
+PointCloud CloudOfPlate(double thickness) {
+  const auto count = static_cast<size_t>(4 * 2 * 8 * 7 / (thickness * thickness));
+  return fixtures::SampleSurface(fixtures::MakeBox({8, 7, thickness}, thickness), count, 1);
+}
+
+TEST(ThinParts, ACloudOfAPlateKeepsOneLayerOfHexahedra) {
+  const auto result = MeshWithEdgesOfOne(CloudOfPlate(0.7));
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_GT(result->statistics.hexahedra_ratio, 0.9);
+  EXPECT_NEAR(TotalVolume(result->mesh), 56 * 0.7, 0.05 * 56 * 0.7);
+  EXPECT_FALSE(result->statistics.distance_exceeds_cell);
+}
+
+TEST(ThinParts, ACloudTooThinForAnyCellIsToldHowThinItIsAndWhere) {
+  const auto result = MeshWithEdgesOfOne(CloudOfPlate(0.43));
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << result.status();
+  const std::string message(result.status().message());
+  EXPECT_THAT(message, HasSubstr("(0.43 edge lengths) thick"));
+  EXPECT_THAT(message, HasSubstr("), where"));  // the plate's middle, in z
+  EXPECT_THAT(message, HasSubstr("an edge length of at most 0.7"));
+}
+
 TEST(ThinParts, APlateTooThinForAnyCellIsTheInputsFault) {
   const auto result = MeshWithEdgesOfOne(fixtures::MakeBox({8, 7, 0.15}, 0.5));
   EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << result.status();

@@ -26,6 +26,8 @@ constexpr double kParallelCosine = 0.97;
 // A number of cells that is this near to the wanted one is as good (closure/rank_complexes).
 constexpr double kFreeDeviation = 0.12;
 constexpr int kBisections = 50;
+// One in so many of the places that are too thin may be thinner than what is told.
+constexpr size_t kThinnestOf = 10;
 
 struct Corners {
   Vec3d a, b, c;
@@ -58,13 +60,40 @@ Vec3d PointOf(const Corners& corners, int64_t k) {
   return corners.a + (corners.b - corners.a) * u + (corners.c - corners.a) * v;
 }
 
-// Of the wall below the point `at` of the surface; negative where no parallel side is opposite.
-double ThicknessAt(const Vec3d& at, const Vec3d& normal, const HullQueries& queries,
-                   double edge_length) {
-  const double thickness = queries.ExitDistance(at, -normal, kRayStart * edge_length);
+struct SurfacePoint {
+  Vec3d at;
+  Vec3d normal;
+  double area = 0;  // that it stands for
+};
+
+// Calls visit(point) for some thousand points, as many as each triangle's area asks for.
+template <class Visit>
+void ForEachPoint(const SurfaceOfSolid& solid, const StopPoll& poll, const Visit& visit) {
+  const double spacing = AreaOf(solid) / kPointCount;
+  double passed = 0.5;  // of the area, in spacings
+  for (size_t i = 0; i < solid.triangles.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
+    const Corners corners = CornersOf(solid, i);
+    const Vec3d area_vector = DoubleAreaVector(corners.a, corners.b, corners.c);
+    passed += Norm(area_vector) / 2 / spacing;
+    const auto points = static_cast<int64_t>(passed);
+    if (points == 0 || IsDegenerate(corners.a, corners.b, corners.c)) continue;
+    passed -= static_cast<double>(points);
+    const Vec3d normal = Normalized(area_vector);
+    for (int64_t k = 0; k < points; ++k) {
+      poll.At(k);
+      visit(SurfacePoint{PointOf(corners, k), normal, spacing});
+    }
+  }
+}
+
+// Of the wall below a point of the surface; negative where no parallel side is opposite.
+double WallThicknessAt(const SurfacePoint& point, const HullQueries& queries, double edge_length) {
+  const double thickness = queries.ExitDistance(point.at, -point.normal, kRayStart * edge_length);
   if (!(thickness > 0)) return -1;
-  const HullPoint end = queries.Closest(at - normal * thickness, kEndReach * edge_length);
-  return end.triangle >= 0 && Dot(end.normal, normal) < -kParallelCosine ? thickness : -1;
+  const HullPoint end =
+      queries.Closest(point.at - point.normal * thickness, kEndReach * edge_length);
+  return end.triangle >= 0 && Dot(end.normal, point.normal) < -kParallelCosine ? thickness : -1;
 }
 
 void AddWall(double area, double thickness, SingleLayers& walls) {
@@ -84,27 +113,41 @@ SingleLayers FindSingleLayers(const SurfaceOfSolid& solid, const HullQueries& qu
                               double edge_length, const StopPoll& poll) {
   SingleLayers walls;
   if (!MayHaveSingleLayers(solid, edge_length)) return walls;
-  const double spacing = AreaOf(solid) / kPointCount;
-  double passed = 0.5;  // of the area, in spacings
-  for (size_t i = 0; i < solid.triangles.size(); ++i) {
-    poll.At(static_cast<int64_t>(i));
-    const Corners corners = CornersOf(solid, i);
-    const Vec3d area_vector = DoubleAreaVector(corners.a, corners.b, corners.c);
-    const double area = Norm(area_vector) / 2;
-    passed += area / spacing;
-    const auto points = static_cast<int64_t>(passed);
-    if (points == 0 || IsDegenerate(corners.a, corners.b, corners.c)) continue;
-    passed -= static_cast<double>(points);
-    const Vec3d normal = Normalized(area_vector);
-    for (int64_t k = 0; k < points; ++k) {
-      poll.At(k);
-      const double thickness = ThicknessAt(PointOf(corners, k), normal, queries, edge_length);
-      if (thickness < kThinnest * edge_length || thickness >= kThickest * edge_length) continue;
-      AddWall(spacing, thickness, walls);
-    }
-  }
+  ForEachPoint(solid, poll, [&](const SurfacePoint& point) {
+    const double thickness = WallThicknessAt(point, queries, edge_length);
+    if (thickness < kThinnest * edge_length || thickness >= kThickest * edge_length) return;
+    AddWall(point.area, thickness, walls);
+  });
   return walls;
 }
+
+ThinPart FindThinPart(const SurfaceOfSolid& solid, const HullQueries& queries, double edge_length,
+                      const StopPoll& poll) {
+  struct Place {
+    double thickness = 0;
+    Vec3d middle;
+  };
+  std::vector<Place> places;
+  double area = 0, thin_area = 0;
+  ForEachPoint(solid, poll, [&](const SurfacePoint& point) {
+    area += point.area;
+    const double thickness = queries.ExitDistance(point.at, -point.normal, kRayStart * edge_length);
+    if (!(thickness > 0) || thickness >= kThinnest * edge_length) return;
+    thin_area += point.area;
+    places.push_back({thickness, point.at - point.normal * (thickness / 2)});
+  });
+  ThinPart part;
+  if (places.empty()) return part;
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.thickness < b.thickness; });
+  part.area_ratio = thin_area / area;
+  part.thickness = places[places.size() / 2].thickness;
+  part.thinnest = places[places.size() / kThinnestOf].thickness;
+  part.place = places[places.size() / 2].middle;
+  return part;
+}
+
+double LongestEdgeFor(double thickness) { return thickness / (kThinnest + kMargin); }
 
 double EdgeLengthWithLayers(const SingleLayers& walls, double volume, double edge_length) {
   const auto cells = [&](double h) { return volume / (h * h * h) + walls.ExcessCells(h); };

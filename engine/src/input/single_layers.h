@@ -36,6 +36,21 @@ struct SurfaceOfSolid {
 SingleLayers FindSingleLayers(const SurfaceOfSolid& solid, const HullQueries& queries,
                               double edge_length, const StopPoll& poll);
 
+// What of a solid is too thin for any cell: less than 0.5 h to the other side, parallel or not.
+struct ThinPart {
+  double area_ratio = 0;  // of the surface
+  double thickness = 0;   // the median of it
+  double thinnest = 0;    // but for a tenth of it, as edges and noise are thinner anyhow
+  Vec3d place;            // between the sides where it is as thick as the median
+};
+
+// The hull is asked at the same points, however thick the solid is.
+ThinPart FindThinPart(const SurfaceOfSolid& solid, const HullQueries& queries, double edge_length,
+                      const StopPoll& poll);
+
+// The longest edge length for which a wall that thick has a layer of cells.
+double LongestEdgeFor(double thickness);
+
 // Whether it would pay to ask: the solid's mean thickness, 2 volume / area, is low enough.
 bool MayHaveSingleLayers(const SurfaceOfSolid& solid, double edge_length);
 

@@ -57,6 +57,23 @@ TEST(SingleLayers, SidesThatAreNotParallelAreNoWall) {
   EXPECT_LT(ball.WallsFor(1.8).area, shell);
 }
 
+TEST(ThinPart, OfAPlateIsItsFaces) {
+  const Solid plate = Plate(0.3);
+  const HullQueries queries(plate.mesh.vertices, plate.mesh.triangles);
+  const ThinPart thin = FindThinPart(plate.surface(), queries, 1, {});
+  EXPECT_NEAR(thin.area_ratio, 800 / (800 + 80 * 0.3), 0.01);
+  EXPECT_NEAR(thin.thickness, 0.3, 1e-9);
+  EXPECT_NEAR(thin.thinnest, 0.3, 1e-9);
+  EXPECT_NEAR(thin.place.z, 0.15, 1e-9);
+  EXPECT_GE(plate.WallsFor(0.99 * LongestEdgeFor(thin.thinnest)).area, 399);
+}
+
+TEST(ThinPart, IsNothingOfWhatHoldsALayer) {
+  const Solid plate = Plate(0.6);
+  const HullQueries queries(plate.mesh.vertices, plate.mesh.triangles);
+  EXPECT_EQ(FindThinPart(plate.surface(), queries, 1, {}).area_ratio, 0);
+}
+
 TEST(EdgeLengthWithLayers, MakesTheWantedNumberOfCells) {
   constexpr double kCells = 400;
   for (const double thickness : {0.586, 0.784, 1.315}) {  // 0.7, 0.85 and 1.2 of a cube's edge
