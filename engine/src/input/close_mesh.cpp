@@ -10,6 +10,7 @@
 #include "input/hull_queries.h"
 #include "input/orient_components.h"
 #include "input/rebuild_surface.h"
+#include "input/repeated_components.h"
 #include "input/surface_topology.h"
 
 namespace amhex {
@@ -22,6 +23,7 @@ constexpr double kTolerableMisboundedRatio = 0.005;
 // If more than this share of the area belongs to pieces that enclose nothing by themselves, the
 // surface is in shreds.
 constexpr double kShreddedAreaRatio = 0.01;
+constexpr char kComponentsTurned[] = "components turned to look outward";
 
 void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
   if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
@@ -67,8 +69,9 @@ absl::StatusOr<size_t> CapAll(RunContext& run, TriangleMesh& mesh) {
 }
 
 struct KeptTriangles {
-  bool bound_a_solid = false;  // else the surface cannot be kept as it is
-  bool are_all = true;         // none belonged to what bounds no volume
+  bool bound_a_solid = false;          // else the surface cannot be kept as it is
+  bool are_all = true;                 // none belonged to what bounds no volume
+  bool has_turned_components = false;  // and said so
 };
 
 // Caps, orients and checks.
@@ -85,6 +88,12 @@ absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std:
     return KeptTriangles();
   }
   Components components = FindComponents(adjacency, poll);
+  const int64_t repeated = DropRepeatedComponents(components, mesh, poll);
+  if (repeated > 0) {
+    Note(repeated, "parts given more than once, used once", warnings);
+    adjacency = FindEdgeAdjacency(mesh, poll);
+    components = FindComponents(adjacency, poll);
+  }
   const OrientationResult orientation =
       MakeOrientationConsistent(adjacency, components, mesh, poll);
   if (!orientation.is_orientable) {
@@ -113,13 +122,14 @@ absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std:
                                     openings == 1 ? " opening" : " openings",
                                     ", closed by the engine"));
   }
-  Note(decision.turned_components, "components turned to look outward", warnings);
+  Note(decision.turned_components, kComponentsTurned, warnings);
   Note(decision.dropped_components, "components that bound no volume, left out", warnings);
   DropUnusedVertices(mesh, poll);
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
   const HullQueries queries(mesh.vertices, mesh.triangles, poll);
   return KeptTriangles{MisboundedAreaRatio(mesh, queries, poll) <= kTolerableMisboundedRatio,
-                       clean.loose_sheets + decision.dropped_components == 0};
+                       clean.loose_sheets + decision.dropped_components == 0,
+                       decision.turned_components > 0};
 }
 
 }  // namespace
@@ -145,7 +155,14 @@ absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wan
   // The soup as oriented as it can be; patches that closed nothing are not part of it.
   std::vector<std::string> ignored;
   const EdgeAdjacency adjacency = CleanUntilClosed(mesh, ignored, poll).adjacency;
-  MakeOrientationConsistent(adjacency, FindComponents(adjacency, poll), mesh, poll);
+  const Components components = FindComponents(adjacency, poll);
+  const OrientationResult orientation =
+      MakeOrientationConsistent(adjacency, components, mesh, poll);
+  if (orientation.is_orientable) {
+    poll.Now();
+    const int64_t turned = TurnClosedComponents(orientation, adjacency, components, mesh);
+    if (!kept.has_turned_components) Note(turned, kComponentsTurned, surface.warnings);
+  }
   DropUnusedVertices(mesh, poll);
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));
   surface.warnings.push_back(

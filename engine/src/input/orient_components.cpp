@@ -98,6 +98,44 @@ std::vector<int64_t> WindingAt(const std::vector<std::vector<Vec3d>>& probes,
   return windings;
 }
 
+// What is known of each component.
+struct GivenComponents {
+  const std::vector<double>& volumes;
+  const std::vector<uint8_t>& looked_inward;
+  const std::vector<uint8_t>& was_inconsistent;
+};
+
+// Those that bound a cavity, at the depths at which all of them lie once they look outward.
+std::vector<uint8_t> FacesInward(const GivenComponents& given, const std::vector<int64_t>& depth) {
+  const size_t count = depth.size();
+  double outermost_balance = 0;
+  for (size_t c = 0; c < count; ++c) {
+    if (depth[c] > 0 || given.was_inconsistent[c] != 0) continue;
+    const double volume = std::abs(given.volumes[c]);
+    outermost_balance += given.looked_inward[c] != 0 ? -volume : volume;
+  }
+  const bool all_inverted = outermost_balance < 0;
+  std::vector<uint8_t> faces_inward(count, 0);
+  for (size_t c = 0; c < count; ++c) {
+    if (depth[c] <= 0) continue;
+    faces_inward[c] = given.was_inconsistent[c] != 0
+                          ? depth[c] % 2 == 1
+                          : (given.looked_inward[c] != 0) != all_inverted;
+  }
+  return faces_inward;
+}
+
+// Of each component: whether no edge of it is open or has more than two triangles.
+std::vector<uint8_t> ClosedComponents(const EdgeAdjacency& adjacency,
+                                      const Components& components) {
+  std::vector<uint8_t> is_closed(static_cast<size_t>(components.count), 1);
+  for (size_t e = 0; e < adjacency.opposite.size(); ++e) {
+    if (adjacency.opposite[e] < 0)
+      is_closed[static_cast<size_t>(components.of_triangle[e / 3])] = 0;
+  }
+  return is_closed;
+}
+
 }  // namespace
 
 ComponentDecision OrientComponents(const OrientationResult& orientation, TriangleMesh& mesh,
@@ -140,17 +178,8 @@ ComponentDecision OrientComponents(const OrientationResult& orientation, Triangl
   const std::vector<std::vector<Vec3d>> probes = OutsideProbes(mesh, components);
   const std::vector<int64_t> depth = WindingAt(probes, mesh, decision.components_cut);
 
-  double outermost_balance = 0;
-  for (size_t c = 0; c < count; ++c) {
-    if (depth[c] <= 0 && was_inconsistent[c] == 0) outermost_balance += volumes[c];
-  }
-  const bool all_inverted = outermost_balance < 0;
-  std::vector<uint8_t> faces_inward(count, 0);
-  for (size_t c = 0; c < count; ++c) {
-    if (depth[c] <= 0) continue;
-    faces_inward[c] =
-        was_inconsistent[c] != 0 ? depth[c] % 2 == 1 : (looked_inward[c] != 0) != all_inverted;
-  }
+  const std::vector<uint8_t> faces_inward =
+      FacesInward({volumes, looked_inward, was_inconsistent}, depth);
   TurnComponents(faces_inward, components, mesh);
   // A component bounds the solid if exactly one of its sides is solid.
   const std::vector<int64_t> outside = WindingAt(probes, mesh, decision.components_cut);
@@ -164,6 +193,36 @@ ComponentDecision OrientComponents(const OrientationResult& orientation, Triangl
   }
   decision.dropped_components += KeepComponents(keep, mesh, components);
   return decision;
+}
+
+int64_t TurnClosedComponents(const OrientationResult& orientation, const EdgeAdjacency& adjacency,
+                             const Components& components, TriangleMesh& mesh) {
+  const std::vector<uint8_t> is_closed = ClosedComponents(adjacency, components);
+  TriangleMesh closed = mesh;
+  Components closed_components = components;
+  KeepComponents(is_closed, closed, closed_components);
+  if (closed_components.count == 0) return 0;
+  const std::vector<double> volumes = ComponentVolumes(closed, closed_components);
+  std::vector<uint8_t> looked_inward, was_inconsistent;
+  for (const double volume : volumes) looked_inward.push_back(volume < 0);
+  for (size_t c = 0; c < is_closed.size(); ++c) {
+    if (is_closed[c] != 0) was_inconsistent.push_back(orientation.was_inconsistent[c]);
+  }
+  TurnComponents(looked_inward, closed_components, closed);
+  bool differs = false;
+  const std::vector<int64_t> depth =
+      WindingAt(OutsideProbes(closed, closed_components), closed, differs);
+  const std::vector<uint8_t> faces_inward =
+      FacesInward({volumes, looked_inward, was_inconsistent}, depth);
+  TurnComponents(faces_inward, closed_components, closed);
+  size_t next = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (is_closed[static_cast<size_t>(components.of_triangle[t])] == 0) continue;
+    mesh.triangles[t] = closed.triangles[next++];
+  }
+  int64_t turned = 0;
+  for (size_t c = 0; c < volumes.size(); ++c) turned += faces_inward[c] != looked_inward[c];
+  return turned;
 }
 
 }  // namespace amhex

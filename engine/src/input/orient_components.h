@@ -26,4 +26,9 @@ struct ComponentDecision {
 ComponentDecision OrientComponents(const OrientationResult& orientation, TriangleMesh& mesh,
                                    Components& components);
 
+// The same turning, and nothing else, of those components of a soup that are closed; they may cut
+// each other. Returns how many were turned. `orientation` is of the same `components`.
+int64_t TurnClosedComponents(const OrientationResult& orientation, const EdgeAdjacency& adjacency,
+                             const Components& components, TriangleMesh& mesh);
+
 }  // namespace amhex
