@@ -214,6 +214,8 @@ class JobManager {
   void Requeue(Attempt& attempt, ReleaseMode mode, absl::Duration delay);
   void CountFinished(const amhex::v1::Job& job);
   void Forget(const Attempt& attempt);
+  // Makes a blob of what the attempt's worker has written.
+  absl::StatusOr<amhex::v1::BlobRef> AdoptResult(const Attempt& attempt);
   // Both read the job anew and tell its watchers.
   absl::StatusOr<amhex::v1::Job> PublishTo(const std::shared_ptr<JobFeed>& feed,
                                            const std::string& id);
@@ -238,10 +240,11 @@ class JobManager {
   void EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome, absl::Time now);
   void KeepLeasesAfterAJump(absl::Time now);
   void TendQueue();
-  void CollectGarbage();
+  // Room for `wanted_bytes` counts as taken.
+  void CollectGarbage(int64_t wanted_bytes);
   // Removes blobs that nobody has used since, and returns the bytes freed.
   int64_t CollectUnused(absl::Time unused_since);
-  void MakeRoom(absl::Time now);
+  void MakeRoom(absl::Time now, int64_t wanted_bytes);
 
   const Options options_;
   const std::unique_ptr<JobStore> store_;
@@ -252,8 +255,8 @@ class JobManager {
   WatcherPlaces watcher_places_;
   InputQuarantine quarantine_;
 
-  // Held from the check that a blob exists until the job that needs it is stored, and while
-  // unused blobs are collected.
+  // Held from the check that a blob exists until the job that needs it is stored, and while an
+  // unused blob is collected.
   std::mutex admission_mutex_;
 
   // Held while memory is set aside: from the look at what is free to the entry in attempts_.

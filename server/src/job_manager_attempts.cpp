@@ -1,5 +1,6 @@
 // The side of JobManager that worker slots see.
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -162,8 +163,18 @@ void JobManager::PublishFinished(const std::string& id) {
   if (job.ok()) CountFinished(*job);
 }
 
+absl::StatusOr<amhex::v1::BlobRef> JobManager::AdoptResult(const Attempt& attempt) {
+  auto mesh = blobs_->Adopt(attempt.work_path());
+  if (ReasonOf(mesh.status()) != "STORAGE_FULL") return mesh;
+  // What it took to compute is worth more than what may go, which else goes once a minute.
+  std::error_code error;
+  const auto size = std::filesystem::file_size(attempt.work_path(), error);
+  CollectGarbage(error ? 0 : static_cast<int64_t>(size));
+  return blobs_->Adopt(attempt.work_path());
+}
+
 void JobManager::Succeed(Attempt& attempt, amhex::v1::MeshingResult result) {
-  absl::StatusOr<amhex::v1::BlobRef> mesh = blobs_->Adopt(attempt.work_path());
+  const absl::StatusOr<amhex::v1::BlobRef> mesh = AdoptResult(attempt);
   if (!mesh.ok()) {
     Fail(attempt, mesh.status());
     return;

@@ -38,7 +38,7 @@ void JobManager::Housekeep() {
       next_queue = MonotonicNow() + kQueueInterval;
     }
     if (MonotonicNow() >= next_garbage) {
-      CollectGarbage();
+      CollectGarbage(0);
       next_garbage = MonotonicNow() + kGarbageInterval;
     }
     lock.lock();
@@ -163,15 +163,19 @@ int64_t JobManager::CollectUnused(absl::Time unused_since) {
   if (!dropped.ok()) LogError("grants_not_dropped", {});
   return blobs_->Collect(unused_since, absl::Now() - options_.resting_upload_age,
                          [this](const std::string& sha256, const std::function<void()>& hide) {
+                           // One by one, so that submissions wait for one at most.
+                           std::lock_guard<std::mutex> admission(admission_mutex_);
                            const auto unused = store_->CollectBlob(sha256, hide);
                            return unused.ok() && *unused;
                          });
 }
 
-void JobManager::MakeRoom(absl::Time now) {
+void JobManager::MakeRoom(absl::Time now, int64_t wanted_bytes) {
   constexpr int kJobsAtOnce = 16;
   const int64_t budget = options_.limits.max_blob_store_bytes;
-  const auto taken = [this] { return blobs_->total_bytes() + blobs_->uploading_bytes(); };
+  const auto taken = [&] {
+    return blobs_->total_bytes() + blobs_->uploading_bytes() + wanted_bytes;
+  };
   if (budget <= 0 || taken() <= budget / 10 * 9) return;
   const absl::Time before = now - options_.scarce_blob_age;
   int64_t freed = CollectUnused(before);
@@ -184,12 +188,11 @@ void JobManager::MakeRoom(absl::Time now) {
   LogInfo("room_made", {{"bytes", freed}, {"taken", taken()}});
 }
 
-void JobManager::CollectGarbage() {
-  std::lock_guard<std::mutex> admission(admission_mutex_);
+void JobManager::CollectGarbage(int64_t wanted_bytes) {
   const absl::Time now = absl::Now();
   const int64_t freed = CollectUnused(now - options_.unused_blob_age);
   if (freed > 0) LogInfo("blobs_collected", {{"bytes", freed}});
-  MakeRoom(now);
+  MakeRoom(now, wanted_bytes);
 }
 
 }  // namespace amhex::server

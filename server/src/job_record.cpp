@@ -96,19 +96,28 @@ FinalOutcome SharedOutcome(const Job& details) {
   return outcome;
 }
 
-bool JobPageMaker::Show(Job job, int64_t number) {
-  if (HasLabels(job, query_.labels)) {
-    const auto bytes = static_cast<int64_t>(job.ByteSizeLong()) + kJobFieldBytes;
-    const bool fits = bytes_ + bytes <= query_.page_bytes || page_.jobs.empty();
-    if (!fits || static_cast<int>(page_.jobs.size()) >= query_.page_size) {
-      page_.next_before_number = before_;
-      return false;
-    }
-    bytes_ += bytes;
-    page_.jobs.push_back(std::move(job));
+bool JobPageMaker::IsAskedFor(Job::State state, const std::string& spec) const {
+  const auto& states = query_.states;
+  if (!states.empty() && std::find(states.begin(), states.end(), state) == states.end()) {
+    return false;
   }
-  before_ = number;
+  if (query_.labels.empty()) return true;
+  Job job;
+  return job.ParseFromString(spec) && HasLabels(job, query_.labels);
+}
+
+bool JobPageMaker::Take(Job job) {
+  const auto bytes = static_cast<int64_t>(job.ByteSizeLong()) + kJobFieldBytes;
+  const bool fits = bytes_ + bytes <= query_.page_bytes || page_.jobs.empty();
+  if (!fits || static_cast<int>(page_.jobs.size()) >= query_.page_size) return false;
+  bytes_ += bytes;
+  page_.jobs.push_back(std::move(job));
   return true;
+}
+
+bool JobPageMaker::End() {
+  page_.next_before_number = before_;
+  return false;
 }
 
 }  // namespace amhex::server

@@ -95,7 +95,8 @@ struct JobQuery {
 
 struct JobPage {
   std::vector<amhex::v1::Job> jobs;  // newest first
-  int64_t next_before_number = 0;    // 0 on the last page
+  // 0 on the last page. Others may be empty: each looks at a bounded number of jobs.
+  int64_t next_before_number = 0;
 };
 
 // Jobs whose leases ended, found by one look. The caller ends those that do not go back.

@@ -21,16 +21,6 @@ constexpr absl::Duration kNegligibleSkew = absl::Milliseconds(50);
 constexpr absl::Duration kListenInterval = absl::Milliseconds(200);
 constexpr absl::Duration kListenRetryPause = absl::Milliseconds(500);
 
-// An array of small integers as PostgreSQL reads it.
-std::string StateArray(const std::vector<Job::State>& states) {
-  std::string list = "{";
-  for (const Job::State state : states) {
-    if (list.size() > 1) list += ",";
-    list += std::to_string(static_cast<int>(state));
-  }
-  return list + "}";
-}
-
 PostgresPool::Options PoolOptions(const PostgresJobStore::Options& options) {
   PostgresPool::Options pool;
   pool.url = options.url;
@@ -130,33 +120,28 @@ absl::StatusOr<Job> PostgresJobStore::Get(const std::string& id) {
   return job;
 }
 
-// Labels are compared here, not in the database: they are rarely asked for, and a page of rows is
-// read at a time.
+// States and labels are compared here, not in the database: so many rows are read at a time and no
+// more.
 absl::StatusOr<JobPage> PostgresJobStore::List(const JobQuery& query) {
   JobPageMaker maker(&query);
-  while (true) {
+  bool is_more = true;
+  while (is_more) {
     PostgresValues values;
-    values.Int(maker.before()).Text(StateArray(query.states)).Int(kListRows);
+    values.Int(maker.before()).Int(kListRows);
     if (query.tenant) values.Text(*query.tenant);
-    std::vector<PostgresJob> read;
-    const absl::Status status = pool_.Transact([&](PostgresConnection& db) -> absl::Status {
-      AMHEX_ASSIGN_OR_RETURN(
-          auto rows,
-          db.Run(std::string(kSelectJob) +
-                     "WHERE ($1::bigint = 0 OR number < $1) AND"
-                     " ($2::smallint[] = '{}' OR state = ANY($2::smallint[]))" +
-                     (query.tenant ? " AND tenant = $4" : "") + " ORDER BY number DESC LIMIT $3",
-                 values));
-      read.clear();
-      while (rows.Next()) read.push_back(ReadJob(rows));
+    PostgresRows read;
+    AMHEX_RETURN_IF_ERROR(pool_.Transact([&](PostgresConnection& db) -> absl::Status {
+      AMHEX_ASSIGN_OR_RETURN(read, db.Run(std::string(kSelectJob) + "WHERE number < $1" +
+                                              (query.tenant ? " AND tenant = $3" : "") +
+                                              " ORDER BY number DESC LIMIT $2",
+                                          values));
       return absl::OkStatus();
-    });
-    if (!status.ok()) return status;
-    for (PostgresJob& row : read) {
-      if (!maker.Show(std::move(row.job), row.number)) return maker.Take();
+    }));
+    for (int row = 0; row < kListRows && is_more; ++row) {
+      is_more = read.Next() && maker.ShowRow(read);
     }
-    if (read.size() < kListRows) return maker.Take();
   }
+  return maker.page();
 }
 
 absl::StatusOr<Job> PostgresJobStore::RequestCancel(const std::string& id,

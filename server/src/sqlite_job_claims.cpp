@@ -20,7 +20,8 @@ absl::StatusOr<std::vector<std::string>> SqliteJobStore::TenantsByShareLocked(ab
                        " sum(max(?1 - start_time, 0) + 1000000) AS elapsed FROM job WHERE state = 2"
                        " GROUP BY tenant) AS busy ON busy.tenant = name"
                        " WHERE (max_running = 0 OR coalesce(running, 0) < max_running)"
-                       " AND EXISTS (SELECT 1 FROM job WHERE job.tenant = name AND state = 1)"
+                       " AND EXISTS (SELECT 1 FROM job INDEXED BY job_claim WHERE job.tenant = name"
+                       " AND state = 1)"
                        " ORDER BY served + coalesce(elapsed, 0) / weight, name"));
   select.Int(absl::ToUnixMicros(now));
   return IdsLocked(&select);

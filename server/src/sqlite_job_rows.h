@@ -13,6 +13,9 @@ namespace amhex::server {
 // Times are microseconds since 1970. `spec` is a serialized Job with what the client sent,
 // `outcome` one with stages, failed_stage and error or result. `queue_key` orders a tenant's queue.
 // `tenant.served` is the time its jobs have run, divided by its weight.
+//
+// Without statistics the planner takes job_state wherever a state is asked for, and with it reads
+// all jobs of that state; where that may be many, statements name their index.
 inline constexpr char kSchema[] = R"sql(
 CREATE TABLE IF NOT EXISTS job (
   number INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -47,6 +50,10 @@ CREATE TABLE IF NOT EXISTS job (
 );
 CREATE INDEX IF NOT EXISTS job_state ON job(state);
 CREATE INDEX IF NOT EXISTS job_claim ON job(tenant, queue_key, number) WHERE state = 1;
+CREATE INDEX IF NOT EXISTS job_busy ON job(tenant) WHERE state <= 2;
+CREATE INDEX IF NOT EXISTS job_deadline ON job(queue_deadline)
+  WHERE state = 1 AND queue_deadline IS NOT NULL;
+CREATE INDEX IF NOT EXISTS job_oldest ON job(create_time, expected_micros) WHERE state = 1;
 CREATE INDEX IF NOT EXISTS job_lease ON job(lease_until) WHERE state = 2;
 CREATE INDEX IF NOT EXISTS job_expire ON job(expire_time) WHERE state >= 3;
 CREATE INDEX IF NOT EXISTS job_end ON job(end_time) WHERE state >= 3;
@@ -60,6 +67,7 @@ CREATE TABLE IF NOT EXISTS blob_owner (tenant TEXT NOT NULL, sha256 TEXT NOT NUL
                                        bytes INTEGER NOT NULL, grant_time INTEGER NOT NULL,
                                        PRIMARY KEY (tenant, sha256));
 CREATE INDEX IF NOT EXISTS blob_owner_sha256 ON blob_owner(sha256);
+CREATE INDEX IF NOT EXISTS blob_owner_bytes ON blob_owner(tenant, bytes);
 CREATE TABLE IF NOT EXISTS generation (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),
                                        number INTEGER NOT NULL);
 INSERT OR IGNORE INTO generation VALUES (1, 0);

@@ -10,20 +10,8 @@
 #include "time_convert.h"
 
 namespace amhex::server {
-namespace {
 
 using amhex::v1::Job;
-
-std::string StateList(const std::vector<Job::State>& states) {
-  std::string list;
-  for (const Job::State state : states) {
-    if (!list.empty()) list += ",";
-    list += std::to_string(static_cast<int>(state));
-  }
-  return list;
-}
-
-}  // namespace
 
 SqliteJobStore::SqliteJobStore(std::unique_ptr<SqliteDatabase> database)
     : database_(std::move(database)) {}
@@ -82,7 +70,8 @@ absl::Status SqliteJobStore::CheckRoomLocked(const NewJob& job, int64_t max_queu
     return QueueFull(queued);
   }
   if (job.tenant.max_queued_jobs <= 0) return absl::OkStatus();
-  AMHEX_ASSIGN_OR_RETURN(auto count, database_->Prepare("SELECT count(*) FROM job WHERE tenant = ?"
+  AMHEX_ASSIGN_OR_RETURN(auto count, database_->Prepare("SELECT count(*) FROM job INDEXED BY"
+                                                        " job_claim WHERE tenant = ?"
                                                         " AND state = 1"));
   AMHEX_RETURN_IF_ERROR(count.Text(job.tenant.name).Step().status());
   if (count.IntColumn(0) < job.tenant.max_queued_jobs) return absl::OkStatus();
@@ -98,12 +87,12 @@ absl::Status SqliteJobStore::EnrolTenantLocked(const Tenant& tenant) {
   enrol.Text(tenant.name).Int(std::max(tenant.weight, 1)).Int(tenant.max_running_jobs);
   AMHEX_RETURN_IF_ERROR(enrol.Run());
   AMHEX_ASSIGN_OR_RETURN(
-      auto level,
-      database_->Prepare("UPDATE tenant SET served = max(served, coalesce("
-                         "(SELECT min(served) FROM tenant AS other WHERE EXISTS (SELECT 1 FROM job"
-                         " WHERE job.tenant = other.name AND state IN (1, 2))),"
-                         "(SELECT max(served) FROM tenant), 0)) WHERE name = ?1 AND NOT EXISTS"
-                         " (SELECT 1 FROM job WHERE tenant = ?1 AND state IN (1, 2))"));
+      auto level, database_->Prepare(
+                      "UPDATE tenant SET served = max(served, coalesce("
+                      "(SELECT min(served) FROM tenant AS other WHERE EXISTS (SELECT 1 FROM job"
+                      " INDEXED BY job_busy WHERE job.tenant = other.name AND state <= 2)),"
+                      "(SELECT max(served) FROM tenant), 0)) WHERE name = ?1 AND NOT EXISTS"
+                      " (SELECT 1 FROM job INDEXED BY job_busy WHERE tenant = ?1 AND state <= 2)"));
   return level.Text(tenant.name).Run();
 }
 
@@ -132,9 +121,10 @@ absl::Status SqliteJobStore::InsertLocked(const NewJob& job, absl::Time now) {
 
 absl::StatusOr<std::optional<FinalOutcome>> SqliteJobStore::FindResultLocked(const NewJob& job) {
   if (job.cache_key.empty()) return std::optional<FinalOutcome>();
-  AMHEX_ASSIGN_OR_RETURN(
-      auto select, database_->Prepare("SELECT outcome FROM job WHERE tenant = ? AND cache_key = ?"
-                                      " AND state = 3 ORDER BY number DESC LIMIT 1"));
+  AMHEX_ASSIGN_OR_RETURN(auto select,
+                         database_->Prepare("SELECT outcome FROM job INDEXED BY job_cache"
+                                            " WHERE tenant = ? AND cache_key = ?"
+                                            " AND state = 3 ORDER BY number DESC LIMIT 1"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row,
                          select.Text(job.tenant.name).Text(job.cache_key).Step());
   Job details;
@@ -182,21 +172,21 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobQuery& query) {
     std::lock_guard<std::mutex> lock(mutex_);
     AMHEX_ASSIGN_OR_RETURN(is_more, ShowRowsLocked(query, &maker));
   }
-  return maker.Take();
+  return maker.page();
 }
 
 absl::StatusOr<bool> SqliteJobStore::ShowRowsLocked(const JobQuery& query, JobPageMaker* maker) {
-  std::string where = "WHERE (? = 0 OR number < ?)";
+  // States are compared here, so that each look at the database reads so many rows and no more.
+  std::string where = "WHERE number < ?";
   if (query.tenant) where += " AND tenant = ?";
-  if (!query.states.empty()) where += " AND state IN (" + StateList(query.states) + ")";
   AMHEX_ASSIGN_OR_RETURN(
       auto select, database_->Prepare(std::string(kSelectJob) + where +
                                       " ORDER BY number DESC LIMIT " + std::to_string(kListRows)));
-  select.Int(maker->before()).Int(maker->before());
+  select.Int(maker->before());
   if (query.tenant) select.Text(*query.tenant);
   for (int row = 0; row < kListRows; ++row) {
     AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row || !maker->Show(ReadJobColumns(select), select.IntColumn(kNumber))) return false;
+    if (!has_row || !maker->ShowRow(select)) return false;
   }
   return true;
 }

@@ -86,9 +86,9 @@ absl::StatusOr<std::vector<std::string>> SqliteJobStore::ExpireQueued(const Fina
   std::lock_guard<std::mutex> lock(mutex_);
   SqliteTransaction transaction(database_.get());
   AMHEX_RETURN_IF_ERROR(transaction.status());
-  AMHEX_ASSIGN_OR_RETURN(
-      auto select,
-      database_->Prepare("SELECT id FROM job WHERE state = 1 AND queue_deadline <= ?"));
+  AMHEX_ASSIGN_OR_RETURN(auto select,
+                         database_->Prepare("SELECT id FROM job INDEXED BY job_deadline"
+                                            " WHERE state = 1 AND queue_deadline <= ?"));
   AMHEX_ASSIGN_OR_RETURN(auto ids, IdsLocked(&select.Int(absl::ToUnixMicros(now))));
   for (const std::string& id : ids) {
     AMHEX_RETURN_IF_ERROR(EndLocked(id, "state = 1", outcome, now).status());
@@ -130,8 +130,8 @@ absl::StatusOr<std::map<Job::State, int64_t>> SqliteJobStore::CountByState() {
 
 absl::StatusOr<std::optional<absl::Time>> SqliteJobStore::OldestQueued() {
   std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(auto select,
-                         database_->Prepare("SELECT min(create_time) FROM job WHERE state = 1"));
+  AMHEX_ASSIGN_OR_RETURN(auto select, database_->Prepare("SELECT min(create_time) FROM job"
+                                                         " INDEXED BY job_oldest WHERE state = 1"));
   AMHEX_ASSIGN_OR_RETURN(const bool has_row, select.Step());
   if (!has_row || select.IsNull(0)) return std::optional<absl::Time>();
   return std::optional<absl::Time>(absl::FromUnixMicros(select.IntColumn(0)));
@@ -139,9 +139,9 @@ absl::StatusOr<std::optional<absl::Time>> SqliteJobStore::OldestQueued() {
 
 absl::StatusOr<absl::Duration> SqliteJobStore::QueuedCost() {
   std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      const int64_t micros,
-      database_->QueryInt("SELECT coalesce(sum(expected_micros), 0) FROM job WHERE state = 1"));
+  AMHEX_ASSIGN_OR_RETURN(const int64_t micros,
+                         database_->QueryInt("SELECT coalesce(sum(expected_micros), 0) FROM job"
+                                             " INDEXED BY job_oldest WHERE state = 1"));
   return absl::Microseconds(micros);
 }
 
@@ -182,18 +182,30 @@ absl::StatusOr<int64_t> SqliteJobStore::OwnedBytes(const std::string& tenant) {
   return select.IntColumn(0);
 }
 
+// So many at a time that others have their turn in between.
 absl::StatusOr<int64_t> SqliteJobStore::DropUnusedGrants(absl::Time before) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  AMHEX_ASSIGN_OR_RETURN(
-      auto drop,
-      database_->Prepare(
-          "DELETE FROM blob_owner WHERE grant_time < ?"
-          " AND NOT EXISTS (SELECT 1 FROM job WHERE job.input_sha256 = blob_owner.sha256"
-          " AND job.tenant = blob_owner.tenant)"
-          " AND NOT EXISTS (SELECT 1 FROM job WHERE job.result_sha256 = blob_owner.sha256"
-          " AND job.tenant = blob_owner.tenant)"));
-  AMHEX_RETURN_IF_ERROR(drop.Int(absl::ToUnixMicros(before)).Run());
-  return database_->ChangeCount();
+  constexpr int64_t kGrantsAtOnce = 500;
+  int64_t last = 0;
+  int64_t dropped = 0;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    AMHEX_ASSIGN_OR_RETURN(last, database_->QueryInt("SELECT max(rowid) FROM blob_owner"));
+  }
+  for (int64_t first = 1; first <= last; first += kGrantsAtOnce) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    AMHEX_ASSIGN_OR_RETURN(
+        auto drop,
+        database_->Prepare(
+            "DELETE FROM blob_owner WHERE rowid BETWEEN ? AND ? AND grant_time < ?"
+            " AND NOT EXISTS (SELECT 1 FROM job WHERE job.input_sha256 = blob_owner.sha256"
+            " AND job.tenant = blob_owner.tenant)"
+            " AND NOT EXISTS (SELECT 1 FROM job WHERE job.result_sha256 = blob_owner.sha256"
+            " AND job.tenant = blob_owner.tenant)"));
+    drop.Int(first).Int(first + kGrantsAtOnce - 1).Int(absl::ToUnixMicros(before));
+    AMHEX_RETURN_IF_ERROR(drop.Run());
+    dropped += database_->ChangeCount();
+  }
+  return dropped;
 }
 
 absl::StatusOr<bool> SqliteJobStore::CollectBlob(const std::string& sha256,

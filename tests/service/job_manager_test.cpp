@@ -299,5 +299,17 @@ TEST_F(JobManagerTest, OldestResultsGoWhenTheByteBudgetIsNearlySpent) {
   EXPECT_TRUE(Eventually([&] { return manager_->Submit(Everyone(), request).ok(); }));
 }
 
+TEST_F(JobManagerTest, ResultThatFindsNoRoomGetsThatOfOlderOnes) {
+  options_.limits.max_blob_store_bytes = 1700;
+  options_.scarce_blob_age = absl::ZeroDuration();
+  Start();
+  const std::string padding(399, 'x');
+  const std::string first = Submit("succeed 1" + padding + ";");
+  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
+  const std::string second = Submit("succeed 2" + padding + ";");  // its input fits, no more does
+  EXPECT_EQ(Finished(second).state(), Job::SUCCEEDED);
+  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first).status()));
+}
+
 }  // namespace
 }  // namespace amhex::server
