@@ -7,6 +7,7 @@
 #include "cuda/device_use.h"
 #include "emulated_cuda/emulated_cuda_fixture.h"
 #include "fixtures/solids.h"
+#include "input/build_hull.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -30,6 +31,24 @@ TEST_F(EmulatedHierarchy, AHierarchyIsFetchedAfterFetchingItHasFailed) {
   for (const HullQueries* there : {&second, &first}) {
     EXPECT_EQ(there->Closest({1, 2, 3}).point, here.Closest({1, 2, 3}).point);
   }
+}
+
+// Sharp edges, and what a device is asked before there is an edge length, need no copy for the
+// host.
+TEST_F(EmulatedHierarchy, AHullIsBuiltWithoutTheHostAskingForItsHierarchy) {
+  const InputHull input = fixtures::MakeBracket(1, 0.125);
+  MeshingParams params;
+  RunContext run;
+  const auto here = BuildHull(input, params, run);
+  ASSERT_TRUE(here.ok()) << here.status();
+  params.run.backend = Backend::kCuda;
+  const auto there = BuildHull(input, params, run);
+  ASSERT_TRUE(there.ok()) << there.status();
+  EXPECT_FALSE(there->queries->is_here());
+  EXPECT_EQ(there->frame.scale, here->frame.scale);
+  EXPECT_EQ(there->patch, here->patch);
+  ASSERT_GT(here->sharp_edges.size(), 0U);
+  EXPECT_EQ(there->sharp_degree, here->sharp_degree);
 }
 
 // The host waits for events, at which a pool gives nothing back.

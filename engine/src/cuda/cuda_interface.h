@@ -16,6 +16,8 @@
 #include "input/hull_batch.h"
 #include "input/hull_tree_task.h"
 #include "input/sample_task.h"
+#include "input/sharp_question.h"
+#include "input/width_question.h"
 #include "optimize/sweep_task.h"
 #include "output/measure_cells_task.h"
 #include "relax/relaxation_task.h"
@@ -41,9 +43,10 @@ using CudaTask =
                  HullBatch<SideOf<fields::CellCentres>>*, HullBatch<IsNear<fields::CellCentres>>*,
                  HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
                  HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
-                 HullBatch<HullFacesOf>*, HullBatch<fields::WallLoweringOf>*, HullTreeTask*,
-                 HullFetchTask*, SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*,
-                 CollectFacesTask*, SearchPrimitivesTask*>;
+                 HullBatch<HullFacesOf>*, HullBatch<fields::WallLoweringOf>*,
+                 HullBatch<IsSharpToCells>*, HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*,
+                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
+                 SearchPrimitivesTask*>;
 
 extern "C" {
 

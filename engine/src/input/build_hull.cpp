@@ -11,6 +11,7 @@
 #include "base/status_macros.h"
 #include "cost_model.h"
 #include "cuda/device_use.h"
+#include "input/ask_hull.h"
 #include "input/close_mesh.h"
 #include "input/drop_strays.h"
 #include "input/edge_length.h"
@@ -143,16 +144,13 @@ absl::Status CheckMemory(double cells, const InputHull& input, int64_t limit) {
 }
 
 // Points outside of the solid that nothing of the hull is near to.
-std::vector<Vec3d> FarOutside(const HullQueries& solid, const std::vector<Vec3d>& points,
-                              const StopPoll& poll) {
-  std::vector<uint8_t> is_outside(points.size(), 0);
-  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
-    poll.At(static_cast<int64_t>(i));
-    is_outside[i] = !solid.IsWithin(points[i], kNearHull) && !solid.IsInside(points[i]);
-  });
+std::vector<Vec3d> FarOutside(const HullAsker& solid, const std::vector<Vec3d>& points) {
   std::vector<Vec3d> outside;
+  if (points.empty()) return outside;
+  const std::vector<HullSide> side =
+      solid.AskOrThrow(SideOf<PlainPoints>{amhex::PointsOf(points), kNearHull});
   for (size_t i = 0; i < points.size(); ++i) {
-    if (is_outside[i] != 0) outside.push_back(points[i]);
+    if (side[i] == HullSide::kOutside) outside.push_back(points[i]);
   }
   return outside;
 }
@@ -201,8 +199,7 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   hull.warnings = std::move(sized.closed.warnings);
   hull.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles, poll, device,
                                                      HullAskers::kDevice);
-  if (device != nullptr) hull.device_notes = device->notes();
-
+  const HullAsker asker(*hull.queries, device, poll);
   const TriangleMesh topology{hull.vertices, hull.triangles};
   const EdgeAdjacency adjacency = FindEdgeAdjacency(topology, poll);
   const Components components = FindComponents(adjacency, poll);
@@ -211,13 +208,14 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   poll.Now();
   ComputeNormals(adjacency, hull);
   poll.Now();
-  FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, hull);
+  FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, asker, hull);
   hull.input_points = std::move(sized.closed.input_points);
   for (Vec3d& p : hull.input_points) p /= h;
   // What bounds no volume and what was too thin to be rebuilt: no part of the hull, but missed.
   for (Vec3d& p : sized.closed.given_points) p /= h;
-  const std::vector<Vec3d> lost = FarOutside(*hull.queries, sized.closed.given_points, poll);
+  const std::vector<Vec3d> lost = FarOutside(asker, sized.closed.given_points);
   hull.input_points.insert(hull.input_points.end(), lost.begin(), lost.end());
+  if (device != nullptr) hull.device_notes = device->notes();
   return hull;
 }
 

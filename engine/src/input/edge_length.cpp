@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "input/ask_hull.h"
 #include "input/single_layers.h"
 #include "input/triangle_math.h"
+#include "input/width_question.h"
 
 namespace amhex {
 namespace {
@@ -20,10 +22,10 @@ constexpr double kRayStartRatio = 1e-3;
 
 // Thickness below which only 10 % of the surface lies; a negative number if nothing was hit.
 double MinimumWidth(const TriangleMesh& solid, const StopPoll& poll, DeviceUse* device) {
-  const HullQueries queries(solid.vertices, solid.triangles, poll, device);
+  const HullQueries queries(solid.vertices, solid.triangles, poll, device, HullAskers::kDevice);
   const size_t step = std::max<size_t>(1, solid.triangles.size() / kMostWidthProbes);
-  std::vector<std::pair<double, double>> width_and_area;
-  double total_area = 0;
+  std::vector<InwardRay> rays;
+  std::vector<double> areas;
   for (size_t i = 0; i < solid.triangles.size(); i += step) {
     const auto& t = solid.triangles[i];
     const Vec3d& a = solid.vertices[static_cast<size_t>(t[0])];
@@ -32,12 +34,19 @@ double MinimumWidth(const TriangleMesh& solid, const StopPoll& poll, DeviceUse* 
     if (IsDegenerate(a, b, c)) continue;
     const Vec3d area_vector = DoubleAreaVector(a, b, c);
     const double area = Norm(area_vector) / 2;
-    const Vec3d inward = -Normalized(area_vector);
-    const double width =
-        queries.ExitDistance((a + b + c) / 3.0, inward, kRayStartRatio * std::sqrt(area));
-    if (width < 0) continue;
-    width_and_area.emplace_back(width, area);
-    total_area += area;
+    rays.push_back({(a + b + c) / 3.0, -Normalized(area_vector), kRayStartRatio * std::sqrt(area)});
+    areas.push_back(area);
+  }
+  if (rays.empty()) return -1;
+  const std::vector<double> widths =
+      HullAsker(queries, device, poll)
+          .AskOrThrow(WidthAt{{{rays.data(), static_cast<int64_t>(rays.size())}}});
+  std::vector<std::pair<double, double>> width_and_area;
+  double total_area = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (widths[i] < 0) continue;
+    width_and_area.emplace_back(widths[i], areas[i]);
+    total_area += areas[i];
   }
   std::sort(width_and_area.begin(), width_and_area.end());
   double area_below = 0;

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -54,6 +55,25 @@ void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
   if (is_built_here) return;
   if (!*is_done) throw RunStopped();
   is_here_ = askers == HullAskers::kHost;
+  if (is_here()) {
+    TakeTriangles(vertices, triangles);
+  } else {
+    source_ = {vertices, triangles};
+  }
+}
+
+void HullQueries::TakeTriangles(const std::vector<Vec3d>& vertices,
+                                const std::vector<std::array<int32_t, 3>>& triangles) const {
+  const size_t count = arrays_.original.size();
+  arrays_.triangles.resize(count), arrays_.normals.resize(count);
+  tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+    const auto& t = triangles[static_cast<size_t>(arrays_.original[i])];
+    const Triangle triangle{vertices[static_cast<size_t>(t[0])],
+                            vertices[static_cast<size_t>(t[1])],
+                            vertices[static_cast<size_t>(t[2])]};
+    arrays_.triangles[i] = triangle;
+    arrays_.normals[i] = Normalized(DoubleAreaVector(triangle.a, triangle.b, triangle.c));
+  });
 }
 
 void HullQueries::Fetch() const {
@@ -63,6 +83,10 @@ void HullQueries::Fetch() const {
   const absl::StatusOr<bool> is_done = RunOnCuda(&task);
   if (!is_done.ok()) throw StatusError(is_done.status());
   arrays_ = std::move(task.copy);
+  // While it holds the lock this thread must not take up a task of whoever asks: that one may ask
+  // for the same.
+  tbb::this_task_arena::isolate([this] { TakeTriangles(source_.vertices, source_.triangles); });
+  source_ = {};
   view_ = arrays_.View();
   is_here_.store(true, std::memory_order_release);
 }

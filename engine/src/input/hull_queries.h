@@ -87,6 +87,9 @@ class HullQueries {
                         const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
                         DeviceUse& device, HullAskers askers);
   void Fetch() const;
+  // Triangles in leaf order and their normals, once their numbers are there.
+  void TakeTriangles(const std::vector<Vec3d>& vertices,
+                     const std::vector<std::array<int32_t, 3>>& triangles) const;
   // Appends the subtree over a range of triangles_, its root first.
   void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
   int32_t Split(const Range& range, int depth, const StopPoll& poll);
@@ -94,6 +97,12 @@ class HullQueries {
   int32_t Reorder(const Range& range, const StopPoll& poll, const Rearrange& rearrange);
   void ComputeDipole(int32_t node, const StopPoll& poll);
 
+  // What a copy will be made of; nothing once it has been.
+  struct Source {
+    std::vector<Vec3d> vertices;
+    std::vector<std::array<int32_t, 3>> triangles;
+  };
+  mutable Source source_;
   mutable HullArrays arrays_;
   mutable HullView view_;  // of all of them
   mutable std::atomic<bool> is_here_{true};

@@ -19,7 +19,7 @@
 
 namespace amhex {
 
-// What the host gets of a hierarchy that was built where bodies run.
+// What the host gets of a hierarchy that was built where bodies run (HullFetchTask).
 template <class E>
 HullArrays HullCopy(const ResidentSlot& built) {
   const auto& resident = *static_cast<const ResidentArrays<E, HullView>*>(built.get());
@@ -29,8 +29,6 @@ HullArrays HullCopy(const ResidentSlot& built) {
     resident.arrays().CopyOutLater(view, host.data());
   };
   const HullView& there = resident.views();
-  fetch(there.triangles, copy.triangles);
-  fetch(there.normals, copy.normals);
   fetch(there.original, copy.original);
   fetch(there.nodes, copy.nodes);
   fetch(there.dipoles, copy.dipoles);

@@ -34,11 +34,12 @@ struct HullTreeTask {
   ArrayView<const Vec3d> vertices;
   ArrayView<const std::array<int32_t, 3>> triangles;
   ResidentSlot* resident = nullptr;   // out: where the copy of the hierarchy stays; empty, not null
-  HullArrays* copy = nullptr;         // out, for the host; null: it wants none
+  HullArrays* copy = nullptr;         // out, as HullFetchTask's; null: the host wants none
   std::function<bool()> should_stop;  // may be empty
 };
 
-// A hierarchy that was built there, for the host.
+// A hierarchy that was built there, for the host: all but triangles and normals, which follow from
+// what the host gave.
 struct HullFetchTask {
   ResidentSlot* resident = nullptr;
   HullArrays copy;  // out

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "input/hull_queries.h"
+#include "input/sharp_question.h"
 
 namespace amhex {
 namespace {
@@ -18,17 +18,7 @@ namespace {
 // Edge lengths; see the header.
 constexpr double kShortestChain = 2.0;
 constexpr double kShortestFollowed = 3.0;
-// How far to either side of an edge the normals are compared, and how many of the comparisons must
-// agree: fillets and thin walls have room for the near ones only.
-constexpr std::array<double, 3> kProbeDistances = {0.15, 0.3, 0.45};
-constexpr int kAgreeingProbes = 2;
 constexpr double kProbeAngleRatio = 0.7;
-// Facets: how far beyond the edge's triangles the hull is looked at, in their heights but at least
-// this many edge lengths, and the share of the edge's angle that makes it one of many.
-constexpr double kBeyondTriangle = 1.5;
-constexpr double kLeastBeyond = 0.3;
-constexpr double kFacetAngleRatio = 0.5;
-constexpr double kAlwaysSharpDegrees = 60;
 
 // The graph of candidate edges: vertices, and the edges that meet at each.
 class FeatureGraph {
@@ -175,49 +165,34 @@ Vec3d AwayFromEdge(const Hull& hull, int32_t triangle, const Vec3d& a, const Vec
   return Dot(away, centre - middle) < 0 ? -away : away;
 }
 
-double AngleBetween(const Vec3d& a, const Vec3d& b) {
-  return std::atan2(Norm(Cross(a, b)), Dot(a, b));
-}
-
-// By how much the hull turns beyond the edge's triangle on one side.
-double TurnBeyond(const Hull& hull, int32_t triangle, const Vec3d& middle, const Vec3d& away) {
-  double height = 0;
-  for (const int32_t v : hull.triangles[static_cast<size_t>(triangle)]) {
-    height = std::max(height, Dot(hull.vertices[static_cast<size_t>(v)] - middle, away));
-  }
-  const double distance = std::max(kBeyondTriangle * height, kLeastBeyond);
-  return AngleBetween(hull.triangle_normals[static_cast<size_t>(triangle)],
-                      hull.queries->Closest(middle + away * distance).normal);
-}
-
-bool IsSharpToCells(const SharpEdge& edge, double cosine, const Hull& hull) {
+SideOfEdge SideOf(const Hull& hull, int32_t triangle, const SharpEdge& edge, const Vec3d& middle) {
   const Vec3d& a = hull.vertices[static_cast<size_t>(edge.vertex_a)];
   const Vec3d& b = hull.vertices[static_cast<size_t>(edge.vertex_b)];
-  const Vec3d middle = (a + b) / 2.0;
-  const Vec3d left = AwayFromEdge(hull, edge.triangle_left, a, b, middle);
-  const Vec3d right = AwayFromEdge(hull, edge.triangle_right, a, b, middle);
-  const double angle =
-      AngleBetween(hull.triangle_normals[static_cast<size_t>(edge.triangle_left)],
-                   hull.triangle_normals[static_cast<size_t>(edge.triangle_right)]);
-  if (angle < kAlwaysSharpDegrees * std::numbers::pi / 180 &&
-      TurnBeyond(hull, edge.triangle_left, middle, left) > kFacetAngleRatio * angle &&
-      TurnBeyond(hull, edge.triangle_right, middle, right) > kFacetAngleRatio * angle) {
-    return false;
+  SideOfEdge side{hull.triangle_normals[static_cast<size_t>(triangle)],
+                  AwayFromEdge(hull, triangle, a, b, middle)};
+  for (const int32_t v : hull.triangles[static_cast<size_t>(triangle)]) {
+    side.height =
+        std::max(side.height, Dot(hull.vertices[static_cast<size_t>(v)] - middle, side.away));
   }
-  int agreeing = 0;
-  for (const double distance : kProbeDistances) {
-    const Vec3d left_normal = hull.queries->Closest(middle + left * distance).normal;
-    const Vec3d right_normal = hull.queries->Closest(middle + right * distance).normal;
-    if (Dot(left_normal, right_normal) < cosine) ++agreeing;
-  }
-  return agreeing >= kAgreeingProbes;
+  return side;
 }
 
-void DropNoise(double sharp_angle_degrees, const Hull& hull, std::vector<SharpEdge>& edges) {
+ProbedEdge Probed(const Hull& hull, const SharpEdge& edge) {
+  const Vec3d middle = (hull.vertices[static_cast<size_t>(edge.vertex_a)] +
+                        hull.vertices[static_cast<size_t>(edge.vertex_b)]) /
+                       2.0;
+  return {middle, SideOf(hull, edge.triangle_left, edge, middle),
+          SideOf(hull, edge.triangle_right, edge, middle)};
+}
+
+void DropNoise(double sharp_angle_degrees, const Hull& hull, const HullAsker& asker,
+               std::vector<SharpEdge>& edges) {
+  if (edges.empty()) return;
   const double cosine = std::cos(kProbeAngleRatio * sharp_angle_degrees * std::numbers::pi / 180);
-  std::vector<uint8_t> keep(edges.size(), 0);
-  tbb::parallel_for(size_t{0}, edges.size(),
-                    [&](size_t i) { keep[i] = IsSharpToCells(edges[i], cosine, hull) ? 1 : 0; });
+  std::vector<ProbedEdge> probed(edges.size());
+  tbb::parallel_for(size_t{0}, edges.size(), [&](size_t i) { probed[i] = Probed(hull, edges[i]); });
+  const std::vector<uint8_t> keep = asker.AskOrThrow(
+      IsSharpToCells{{{probed.data(), static_cast<int64_t>(probed.size())}}, cosine});
   size_t kept = 0;
   for (size_t i = 0; i < edges.size(); ++i) {
     if (keep[i] != 0) edges[kept++] = edges[i];
@@ -281,9 +256,10 @@ std::vector<SharpEdge> FollowedEdges(const Hull& hull) {
   return followed;
 }
 
-void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull) {
+void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency,
+                       const HullAsker& asker, Hull& hull) {
   std::vector<SharpEdge> candidates = CandidateEdges(sharp_angle_degrees, adjacency, hull);
-  DropNoise(sharp_angle_degrees, hull, candidates);
+  DropNoise(sharp_angle_degrees, hull, asker, candidates);
   FeatureGraph graph(std::move(candidates), hull);
   hull.sharp_edges = graph.Prune();
   hull.sharp_degree.assign(hull.vertices.size(), 0);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "input/ask_hull.h"
 #include "input/hull.h"
 #include "input/surface_topology.h"
 
@@ -23,8 +24,9 @@ inline constexpr double kAcuteRidgeCosine = -0.643;
 //   facets of a coarsely tessellated round (angles above 60 degrees are sharp nevertheless);
 //   the edge belongs to a chain: those with a loose end and closed ones by themselves need a length
 //   of 2 edge lengths, what hangs together needs an extent of 2.
-// Uses hull.queries.
-void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency, Hull& hull);
+// `asker` asks hull.queries; throws as it does.
+void FindSharpFeatures(double sharp_angle_degrees, const EdgeAdjacency& adjacency,
+                       const HullAsker& asker, Hull& hull);
 
 // Those of hull.sharp_edges, in their order, that cells are to follow: vertex placement keeps to
 // them, and a result's deviation is measured against them. Connected sharp edges of less than 3
