@@ -3,6 +3,9 @@
 
 #include <time.h>
 
+#include <atomic>
+#include <thread>
+
 #include "errors.h"
 #include "files.h"
 #include "job_record.h"
@@ -138,6 +141,26 @@ TEST(SqliteJobStore, QueueThatAnotherProcessHoldsIsUnavailableUntilItLetsGo) {
   EXPECT_TRUE(absl::IsNotFound(store->Get("job").status()));  // reading goes on
   ASSERT_TRUE(other->Execute("ROLLBACK").ok());
   EXPECT_TRUE(store->Submit(job, 10, absl::Now()).ok());
+}
+
+TEST(SqliteJobStore, QuotasHoldHoweverManySubmitAtOnce) {
+  const auto store = *SqliteJobStore::Open(":memory:");
+  std::atomic<int> accepted{0};
+  std::vector<std::thread> callers;
+  for (int caller = 0; caller < 4; ++caller) {
+    callers.emplace_back([&, caller] {
+      for (int i = 0; i < 20; ++i) {
+        NewJob job;
+        job.id = std::to_string(20 * caller + i);
+        job.tenant.max_queued_jobs = 30;
+        const auto submitted = store->Submit(job, kManyJobs, absl::Now());
+        if (submitted.ok()) ++accepted;
+        EXPECT_TRUE(submitted.ok() || ReasonOf(submitted.status()) == "QUOTA_EXCEEDED");
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(accepted, 30);
 }
 
 TEST(SqliteJobStore, DamagedQueueIsAnErrorAndNotAnEmptyQueue) {
