@@ -20,6 +20,7 @@
 #include "input/site_grid.h"
 #include "optimize/follow_hull.h"
 #include "optimize/improve_mesh.h"
+#include "optimize/raise_average.h"
 #include "optimize/raise_quality.h"
 #include "optimize/refill_places.h"
 #include "optimize/report_cells.h"
@@ -89,14 +90,18 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
-// A placed trial with its poor places refilled and its boundary drawn to the hull, where
-// `is_followed` does not say that it has been drawn there before.
+// A placed trial with its poor places refilled, its average raised and its boundary drawn to the
+// hull, where `is_followed` does not say that both have been done before.
 absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
                                              bool is_followed, const Improvement& with,
                                              RunContext& run) {
   for (int attempt = 1;; ++attempt, is_followed = false) {
     AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                            RefillPlaces(placed, with.hull, with.features, with.params, run));
+    if (!is_followed) {
+      AMHEX_ASSIGN_OR_RETURN(refilled,
+                             RaiseAverage(std::move(refilled), with.features, run, with.device));
+    }
     if (!is_followed || refilled.cells != placed.cells || refilled.vertices != placed.vertices) {
       AMHEX_ASSIGN_OR_RETURN(refilled,
                              FollowHull(std::move(refilled), with.hull, with.features, run));
@@ -131,8 +136,10 @@ struct PlacedCandidate {
   }
 };
 
-// Draws it to the hull, which mends distances alone.
+// Raises its average to the end and draws it to the hull, which mends distances.
 absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
+  AMHEX_ASSIGN_OR_RETURN(candidate.complex, RaiseAverage(std::move(candidate.complex),
+                                                         with.features, run, with.device));
   AMHEX_ASSIGN_OR_RETURN(candidate.complex,
                          FollowHull(std::move(candidate.complex), with.hull, with.features, run));
   candidate.is_followed = true;

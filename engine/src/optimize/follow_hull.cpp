@@ -17,6 +17,7 @@
 #include "optimize/gap_closer.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
+#include "optimize/raise_average.h"
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 
@@ -32,7 +33,6 @@ constexpr double kMostFloor = 0.5;
 // costs the cells less than what single vertices do.
 constexpr int kPasses = 2;
 constexpr int kSweepsPerPass = 10;
-constexpr double kAverageTarget = 0.99;
 // Gaps this near to one that has had its turn are the same.
 constexpr double kSameGap = 0.4;
 // What sweeps move by less leaves answers as they were, edge lengths.
@@ -200,10 +200,9 @@ class Follower {
     for (size_t v = 0; v < moved.size(); ++v) {
       if (stays(v)) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
     }
-    AMHEX_RETURN_IF_ERROR(RunSweeps(
-        placement_,
-        {QualityAim::kAverage, kAverageTarget, floor_, CornerPenalty{.kind = EnergyKind::kMinima}},
-        kSweepsPerPass, memory, run));
+    AMHEX_RETURN_IF_ERROR(RunSweeps(placement_,
+                                    {QualityAim::kAverage, kAverageTarget, floor_, kClosestBound},
+                                    kSweepsPerPass, memory, run));
     RaiseJointly(placement_, kJointlyWanted, run);
     placement_.constraints.vertex = constraints;
     NoteStirred(before);

@@ -80,6 +80,9 @@ class LocalCells {
                                        EdgeAt(cell.own_edge[1]).direction,
                                        EdgeAt(cell.own_edge[2]).direction);
   }
+  AMHEX_HD double DeficitPower(double jacobian) const {
+    return SquaredTimes(1 - jacobian, penalty_.sharpness);
+  }
   AMHEX_HD CornerModel ModelOf(const LocalCell& cell, int corner) const;
   AMHEX_HD CellPositions PositionsOf(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD double MarginAt(const LocalCell& cell, const Vec3d& position) const;
@@ -170,7 +173,7 @@ AMHEX_HD inline void LocalCells::SetCell(int32_t vertex, LocalCell& cell) {
     if ((moved_corners >> i & 1) == 0) {
       const double jacobian = corner.sign * Determinant(direction[a], direction[b], direction[c]);
       cell.fixed_minimum = jacobian < cell.fixed_minimum ? jacobian : cell.fixed_minimum;
-      cell.fixed_deficits += EighthPower(1 - jacobian);
+      cell.fixed_deficits += DeficitPower(jacobian);
     } else if ((moving >> corner.slot & 1) != 0) {
       cell.own_sign = corner.sign * moving_sign[a] * moving_sign[b] * moving_sign[c];
       cell.own_edge = {moving_edge[a], moving_edge[b], moving_edge[c]};
@@ -212,12 +215,12 @@ AMHEX_HD inline LocalScore LocalCells::Score() {
       // Written so that not-a-number lowers the minimum too.
       if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
       if (of_minima) {
-        deficits += EighthPower(1 - jacobian);
+        deficits += DeficitPower(jacobian);
       } else {
         score.energy += CornerEnergy(jacobian, penalty_);
       }
     }
-    if (of_minima) score.energy += EighthRoot(deficits);
+    if (of_minima) score.energy += RootedTimes(deficits, penalty_.sharpness);
     if (cell.is_near_folding) score.energy += FoldEnergy(MarginAt(cell, position_));
     score.minimum = minimum < score.minimum ? minimum : score.minimum;
   }
@@ -256,23 +259,28 @@ AMHEX_HD inline CornerModel LocalCells::ModelOf(const LocalCell& cell, int corne
                      EdgeAt(cell.own_edge[2]));
 }
 
-// Of f = (sum of the eighth powers of all deficits)^(1/8): with the shares r = deficit / f,
-// df = -r^7 ds, and its second derivative is 7 / f (r^6 on the diagonal less r^7 times r^7).
+// Of f = (sum of the p-th powers of all deficits)^(1/p): with the shares r = deficit / f,
+// df = -r^(p-1) ds, and its second derivative is (p-1) / f (r^(p-2) on the diagonal less r^(p-1)
+// times r^(p-1)).
 AMHEX_HD inline void LocalCells::AddMinimum(const LocalCell& cell, EnergyModel& model) const {
-  constexpr double kPerfect = 1e-6;  // a bound that cannot be lowered further
+  constexpr double kPerfect = 1e-6;           // a bound that cannot be lowered further
+  constexpr double kNegligibleShare = 1e-30;  // of a corner, its p-th power
   const int corner_count = CornerCount(cell);
   double deficits = cell.fixed_deficits;
-  for (int i = 0; i < corner_count; ++i) deficits += EighthPower(1 - JacobianOf(cell, i));
-  const double bound = EighthRoot(deficits);
+  for (int i = 0; i < corner_count; ++i) deficits += DeficitPower(JacobianOf(cell, i));
+  const double bound = RootedTimes(deficits, penalty_.sharpness);
   if (!(bound > kPerfect)) return;
+  const double curve = ((1 << penalty_.sharpness) - 1) / bound;
   EnergyModel own;
   for (int i = 0; i < corner_count; ++i) {
     const double share = (1 - JacobianOf(cell, i)) / bound;
-    const double third = share * share * share, sixth = third * third;
-    ModelOf(cell, i).AddTo(own, -sixth * share, 7 / bound * sixth);
+    const double power = SquaredTimes(share, penalty_.sharpness);
+    if (!(power > kNegligibleShare)) continue;
+    const double slope = power / share;
+    ModelOf(cell, i).AddTo(own, -slope, curve * (slope / share));
   }
   for (int a = 0; a < 3; ++a) {
-    model.hessian[a] += own.hessian[a] - own.gradient * (7 / bound * own.gradient[a]);
+    model.hessian[a] += own.hessian[a] - own.gradient * (curve * own.gradient[a]);
   }
   model.gradient += own.gradient;
 }

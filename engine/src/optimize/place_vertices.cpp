@@ -9,6 +9,7 @@
 #include "optimize/hull_features.h"
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
+#include "optimize/raise_average.h"
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 #include "optimize/report_cells.h"
@@ -31,11 +32,6 @@ constexpr double kRoundTarget = 0.7;
 constexpr int kEvenSweeps = 8;
 constexpr int kAverageSweeps = 40;
 constexpr double kEvenTarget = 0.6;
-constexpr double kAverageTarget = 0.99;
-// No cell that is better falls below this: above what is refilled (refill_places), or there would
-// be work for it.
-constexpr double kAverageFloor = 0.31;
-constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
 // Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
 // of its neighbourhood, and its knee follows the minimum as it rises. First broadly, which evens
 // out the worst cells with the merely poor ones; then steeply, where that stalls.
@@ -50,7 +46,7 @@ constexpr int kValidLevels = 3;  // between changes of the cells
 constexpr int kSweepsPerLevel = 6;
 constexpr double kLevelGain = 0.002;  // a level that raises the minimum less has failed
 constexpr double kLeftBehind = 0.02;  // then cells this near to the minimum are left behind
-constexpr double kGoodMinimum = 0.5;  // no level starts above
+constexpr double kGoodLevel = 0.5;    // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
 constexpr double kUnbearable = 0.28;
@@ -86,11 +82,7 @@ class Placer {
     }
     Report(0.6);
     if (effort == PlacementEffort::kValid) return absl::OkStatus();
-    // Good cells may give way where the sum gains; poor ones and the minimum may not.
-    const double minimum = SummarizeQuality(placement_.complex, poll_).min_scaled_jacobian;
-    status = Sweep({QualityAim::kAverage, kAverageTarget,
-                    std::clamp(minimum, kAverageFloor, kGoodMinimum), kAveragePenalty},
-                   kAverageSweeps);
+    status = Sweep(RulesForAverage(placement_.complex, kLooseBound, poll_), kAverageSweeps);
     Report(1.0);
     return status;
   }
@@ -133,7 +125,7 @@ class Placer {
     const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
     for (int level = 0; level < max_levels; ++level) {
       const double minimum = LeastOf(quality, hopeless);
-      if (minimum >= kGoodMinimum) break;
+      if (minimum >= kGoodLevel) break;
       absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
                                    CornerPenalty{minimum + shape.knee, shape.steepness}},
                                   kSweepsPerLevel);

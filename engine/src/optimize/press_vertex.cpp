@@ -4,6 +4,7 @@
 
 #include "base/sort_unique.h"
 #include "optimize/move_judge.h"
+#include "optimize/raise_average.h"
 
 namespace amhex {
 namespace {
@@ -16,8 +17,6 @@ constexpr int kRaisingSweeps = 40;
 constexpr int kAverageSweeps = 5;
 constexpr double kTarget = 0.5;  // only cells below this are raised, above the floor
 constexpr CornerPenalty kRaisingPenalty = {.knee = 0.36, .steepness = 60};
-constexpr CornerPenalty kAveragePenalty = {.kind = EnergyKind::kMinima};
-constexpr double kAverageTarget = 0.99;
 constexpr float kFirstStep = 0.1F;
 // The faces at the vertex may turn this far from the hull (cosine), as in any move (move_judge).
 constexpr double kMinNormalAgreement = 0.3;
@@ -78,7 +77,7 @@ const std::vector<int32_t>& VertexPress::CellsAround(int32_t vertex) {
 bool VertexPress::Settle(const Bounds& bounds) {
   Sweep({QualityAim::kMinimum, kTarget, floor_, kRaisingPenalty}, kRaisingSweeps);
   if (Least() < bounds.least || !NoneFolds()) return false;
-  Sweep({QualityAim::kAverage, kAverageTarget, floor_, kAveragePenalty}, kAverageSweeps);
+  Sweep({QualityAim::kAverage, kAverageTarget, floor_, kLooseBound}, kAverageSweeps);
   return Lack() <= bounds.most_lack;
 }
 

@@ -67,8 +67,10 @@ CellComplex ShakenGrid() {
   return complex;
 }
 
-constexpr CornerPenalty kPenalties[] = {
-    {}, {.knee = 0.6, .steepness = 60}, {.kind = EnergyKind::kMinima}};
+constexpr CornerPenalty kPenalties[] = {{},
+                                        {.knee = 0.6, .steepness = 60},
+                                        {.kind = EnergyKind::kMinima},
+                                        {.kind = EnergyKind::kMinima, .sharpness = 5}};
 
 // Calls check(placement, vertex) for every vertex of a cell.
 template <class Check>
@@ -118,6 +120,29 @@ TEST(LocalCells, FindTheLeastJacobianOfTheCellsWhereverTheVertexIs) {
       }
       EXPECT_NEAR(cells.Score().minimum, least, 1e-6);
       placement.vertices[v] = start;
+    }
+  });
+}
+
+TEST(LocalCells, BoundTheDeficitsOfTheMinimaTheCloserTheSharper) {
+  ForVerticesOfAll([](const PlacementView& placement, int32_t v) {
+    double deficits = 0;
+    const ArrayView<const int32_t> around = placement.cells_at[v];
+    for (int64_t k = 0; k < around.size; ++k) {
+      SurveyCell(placement, around[k]);
+      deficits += 1 - placement.min_scaled_jacobian[around[k]];
+    }
+    double looser = 1e300;
+    for (const int sharpness : {3, 4, 5}) {
+      LocalRoom room = RoomAt(placement, v);
+      const CornerPenalty penalty{.kind = EnergyKind::kMinima, .sharpness = sharpness};
+      LocalCells cells(placement, v, penalty, FoldWatch::kNone, room.data());
+      const double bound = cells.Score().energy;
+      EXPECT_GE(bound, deficits - 1e-5);
+      EXPECT_LE(bound, looser + 1e-12);
+      // Eight equal deficits.
+      EXPECT_LE(bound, deficits * std::pow(8.0, 1.0 / (1 << sharpness)) + 1e-5);
+      looser = bound;
     }
   });
 }
