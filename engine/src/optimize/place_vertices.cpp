@@ -46,7 +46,7 @@ constexpr int kValidLevels = 3;  // between changes of the cells
 constexpr int kSweepsPerLevel = 6;
 constexpr double kLevelGain = 0.002;  // a level that raises the minimum less has failed
 constexpr double kLeftBehind = 0.02;  // then cells this near to the minimum are left behind
-constexpr double kGoodLevel = 0.5;    // no level starts above
+constexpr double kGoodLevel = 0.8;    // no level starts above
 // Creases are given up where they hold a cell below this. Corners are not: the mesh would miss the
 // input by most of an edge length there.
 constexpr double kUnbearable = 0.28;

@@ -14,7 +14,7 @@ namespace {
 // be work for it.
 constexpr double kFloor = 0.31;
 // Nor does the minimum fall, up to this.
-constexpr double kGoodMinimum = 0.5;
+constexpr double kGoodMinimum = 0.8;
 // Six gain two thirds of what forty do (rocker-arm at 10,000 cells), in a seventh of their time.
 constexpr int kSweepsPerBound = 6;
 constexpr double kLeastGain = 1e-5;

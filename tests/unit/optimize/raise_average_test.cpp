@@ -68,7 +68,7 @@ TEST(RaiseAverage, StopsWhenAsked) {
 TEST(RulesForAverage, NeverAskMoreOfACellThanTheMinimumOrLessThanItsFloor) {
   CellComplex complex = GridComplex(kSize);
   const RunContext run;
-  EXPECT_EQ(RulesForAverage(complex, kLooseBound, StopPoll(run)).floor, 0.5) << "all are cubes";
+  EXPECT_EQ(RulesForAverage(complex, kLooseBound, StopPoll(run)).floor, 0.8) << "all are cubes";
   Shake(complex, 0.3);
   const double minimum = SummarizeQuality(complex).min_scaled_jacobian;
   ASSERT_LT(minimum, 0.31);
