@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "base/status_macros.h"
@@ -33,12 +35,25 @@ constexpr double kLeastKurtosis = 2.1;
 constexpr size_t kProbes = 1000;
 // Once moved, points have other neighbours.
 constexpr int kPasses = 2;
+// Radii from one with the most neighbours around every other point on, each with twice as many on a
+// surface, up to this share of the box's diagonal. All points together may have so many neighbours,
+// some ten seconds of one core for every pass.
+constexpr double kRadiusStep = std::numbers::sqrt2;
+constexpr double kLargestRadius = 0.125;
+constexpr double kMostPairs = 2e8;
 constexpr double kSameSideCosine = 0.2;
 // Planes through sixteen evened points that see one side of a wall only are flatter than this;
 // those of points between two sides lie across the wall and leave them there.
 constexpr double kOneSideRatio = 0.4;
 // A point that has come to a side is a neighbour of that side the next time.
 constexpr int kSettlingPasses = 3;
+
+// What counts as a neighbour: so many nearest ones or, where points are too uneven for that, those
+// within a radius, but never fewer than kFewestNeighbours.
+struct Reach {
+  int neighbours = 0;  // 0: nothing is to be done; around every other point where there is a radius
+  double radius = 0;   // 0: none
+};
 
 struct Plane {
   Vec3d centre;
@@ -48,6 +63,12 @@ struct Plane {
   double kurtosis = 0;  // of the deviations across
 };
 
+double MedianOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 class NoiseSmoother {
  public:
   // `given`: where the points were at first.
@@ -55,10 +76,14 @@ class NoiseSmoother {
                 const std::vector<Vec3d>& normals)
       : points_(points), given_(given), normals_(normals), tree_(points) {}
 
-  // Itself first.
-  std::vector<PointTree::Neighbour> OnTheSameSide(size_t i, int neighbours) const {
+  std::vector<PointTree::Neighbour> OnTheSameSide(size_t i, const Reach& reach) const {
     std::vector<PointTree::Neighbour> found;
-    tree_.Nearest(points_[i], neighbours, found);
+    if (reach.radius > 0) {
+      tree_.Within(points_[i], reach.radius, found);
+      if (found.size() < kFewestNeighbours) tree_.Nearest(points_[i], kFewestNeighbours, found);
+    } else {
+      tree_.Nearest(points_[i], reach.neighbours, found);
+    }
     std::erase_if(found, [&](const PointTree::Neighbour& n) {
       const Vec3d& other = normals_[static_cast<size_t>(n.index)];
       return Dot(normals_[i], other) < kSameSideCosine * Norm(normals_[i]) * Norm(other);
@@ -67,9 +92,10 @@ class NoiseSmoother {
   }
 
   // Over the neighbours on the same side, the nearer the more.
-  Plane PlaneAt(size_t i, int neighbours) const {
-    const std::vector<PointTree::Neighbour> found = OnTheSameSide(i, neighbours);
-    const double reach = found.back().squared_distance;
+  Plane PlaneAt(size_t i, const Reach& of) const {
+    const std::vector<PointTree::Neighbour> found = OnTheSameSide(i, of);
+    double reach = 0;
+    for (const PointTree::Neighbour& n : found) reach = std::max(reach, n.squared_distance);
     std::vector<double> weights;
     Plane plane;
     double total = 0;
@@ -103,6 +129,24 @@ class NoiseSmoother {
     return plane;
   }
 
+  // How many points are within `radius` of the i-th.
+  double CountWithin(size_t i, double radius) const {
+    std::vector<PointTree::Neighbour> found;
+    tree_.Within(points_[i], radius, found);
+    return static_cast<double>(found.size());
+  }
+  // How far the last of so many neighbours is.
+  double ReachOf(size_t i, int neighbours) const {
+    std::vector<PointTree::Neighbour> found;
+    tree_.Nearest(points_[i], neighbours, found);
+    return std::sqrt(found.back().squared_distance);
+  }
+  double Diagonal() const {
+    Box3d box;
+    for (const Vec3d& p : points_) box.Extend(p);
+    return box.Diagonal();
+  }
+
  private:
   const std::vector<Vec3d>& points_;
   const std::vector<Vec3d>& given_;
@@ -110,31 +154,74 @@ class NoiseSmoother {
   const PointTree tree_;
 };
 
-double MedianOf(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+// Of some thousand points evenly spread over the list.
+template <class Ask>
+std::vector<double> AskProbes(size_t count, const RunContext& run, const Ask& ask) {
+  const size_t step = (count + kProbes - 1) / kProbes;
+  std::vector<double> answers((count + step - 1) / step);
+  tbb::parallel_for(size_t{0}, answers.size(), [&](size_t probe) {
+    if (!run.ShouldStop()) answers[probe] = ask(probe * step);
+  });
+  return answers;
 }
 
-// 0 if nothing is to be done.
-int NeighboursNeeded(const NoiseSmoother& smoother, size_t count, const RunContext& run) {
+struct Flatness {
+  double ratio = 0;
+  double kurtosis = 0;
+};
+
+// Medians.
+Flatness FlatnessWithin(const Reach& reach, const NoiseSmoother& smoother, size_t count,
+                        const RunContext& run) {
   const size_t step = (count + kProbes - 1) / kProbes;
-  int hardly_flat = 0;
+  std::vector<double> kurtosis((count + step - 1) / step);
+  std::vector<double> flatness = AskProbes(count, run, [&](size_t i) {
+    const Plane plane = smoother.PlaneAt(i, reach);
+    kurtosis[i / step] = plane.kurtosis;
+    return plane.flatness;
+  });
+  return {MedianOf(flatness), MedianOf(kurtosis)};
+}
+
+// Where the points are densest, the most neighbours do not reach as far as noise does.
+Reach RadiusNeeded(const NoiseSmoother& smoother, size_t count, const RunContext& run) {
+  std::vector<double> reaches =
+      AskProbes(count, run, [&](size_t i) { return smoother.ReachOf(i, kMostNeighbours); });
+  const double largest = kLargestRadius * smoother.Diagonal();
+  for (double radius = MedianOf(reaches); radius <= largest && !run.ShouldStop();
+       radius *= kRadiusStep) {
+    std::vector<double> counts =
+        AskProbes(count, run, [&](size_t i) { return smoother.CountWithin(i, radius); });
+    const double mean =
+        std::accumulate(counts.begin(), counts.end(), 0.0) / static_cast<double>(counts.size());
+    if (mean * static_cast<double>(count) > kMostPairs) return {};
+    const Flatness flat = FlatnessWithin({kMostNeighbours, radius}, smoother, count, run);
+    if (flat.ratio > kHardlyFlatRatio) continue;
+    if (flat.kurtosis < kLeastKurtosis) return {};
+    return {static_cast<int>(MedianOf(counts)), radius};
+  }
+  return {};
+}
+
+Reach ReachNeeded(const NoiseSmoother& smoother, size_t count, const RunContext& run) {
+  int hardly_flat = 0, asked = 0;
+  bool is_layered = false;
   for (int neighbours = kFewestNeighbours; neighbours <= kMostNeighbours; neighbours *= 2) {
     if (kPointsPerNeighbour * static_cast<size_t>(neighbours) > count) break;
-    std::vector<double> flatness((count + step - 1) / step), kurtosis(flatness.size());
-    tbb::parallel_for(size_t{0}, flatness.size(), [&](size_t probe) {
-      if (run.ShouldStop()) return;
-      const Plane plane = smoother.PlaneAt(probe * step, neighbours);
-      flatness[probe] = plane.flatness, kurtosis[probe] = plane.kurtosis;
-    });
-    const double ratio = MedianOf(flatness);
-    if (ratio > kHardlyFlatRatio) continue;
-    const bool is_noise = neighbours > kFewestNeighbours && MedianOf(kurtosis) >= kLeastKurtosis;
-    if (ratio <= kFlatRatio) return is_noise ? neighbours : 0;
+    asked = neighbours;
+    const Flatness flat = FlatnessWithin({neighbours, 0}, smoother, count, run);
+    if (flat.ratio > kHardlyFlatRatio) continue;
+    const bool is_noise = neighbours > kFewestNeighbours && flat.kurtosis >= kLeastKurtosis;
+    if (flat.ratio <= kFlatRatio) return {is_noise ? neighbours : 0, 0};
+    is_layered = is_layered || !is_noise;
     if (is_noise && hardly_flat == 0) hardly_flat = neighbours;
   }
-  return hardly_flat;
+  const bool fewer_do = hardly_flat > 0 && hardly_flat < kMostNeighbours;
+  if (asked == kMostNeighbours && !fewer_do && !is_layered) {
+    const Reach wider = RadiusNeeded(smoother, count, run);
+    if (wider.neighbours > 0) return wider;
+  }
+  return {hardly_flat, 0};
 }
 
 // Moves points that still lie between the sides of a wall to the flattest plane around.
@@ -145,13 +232,13 @@ absl::Status SettleBetweenSides(const std::vector<Vec3d>& normals, RunContext& r
   std::vector<Plane> planes(points.size());
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
     if (run.ShouldStop()) return;
-    planes[i] = smoother.PlaneAt(i, kFewestNeighbours);
+    planes[i] = smoother.PlaneAt(i, {kFewestNeighbours, 0});
   });
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
     if (planes[i].flatness <= kOneSideRatio || run.ShouldStop()) return;
     const Plane* flattest = &planes[i];
-    for (const auto& n : smoother.OnTheSameSide(i, kFewestNeighbours)) {
+    for (const auto& n : smoother.OnTheSameSide(i, {kFewestNeighbours, 0})) {
       const Plane& plane = planes[static_cast<size_t>(n.index)];
       if (plane.flatness < flattest->flatness) flattest = &plane;
     }
@@ -167,18 +254,18 @@ absl::StatusOr<int> SmoothNoise(const std::vector<Vec3d>& normals, RunContext& r
                                 std::vector<Vec3d>& points) {
   if (points.size() < kFewestNeighbours) return 0;
   const std::vector<Vec3d> given = points;
-  int neighbours = 0;
+  Reach reach;
   // Planes cut corners, convex ones inside: the last pass gives back what all neighbours lost
   // alike.
   for (int pass = 0; pass <= kPasses; ++pass) {
     const std::vector<Vec3d> before = points;
     const NoiseSmoother smoother(before, given, normals);
-    if (pass == 0) neighbours = NeighboursNeeded(smoother, points.size(), run);
+    if (pass == 0) reach = ReachNeeded(smoother, points.size(), run);
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
-    if (neighbours == 0) return 0;
+    if (reach.neighbours == 0) return 0;
     tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
       if (run.ShouldStop()) return;
-      const Plane plane = smoother.PlaneAt(i, neighbours);
+      const Plane plane = smoother.PlaneAt(i, reach);
       const Vec3d by = pass < kPasses ? plane.centre - points[i] : plane.lost;
       points[i] += plane.normal * Dot(by, plane.normal);
     });
@@ -187,7 +274,7 @@ absl::StatusOr<int> SmoothNoise(const std::vector<Vec3d>& normals, RunContext& r
   for (int pass = 0; pass < kSettlingPasses; ++pass) {
     AMHEX_RETURN_IF_ERROR(SettleBetweenSides(normals, run, points));
   }
-  return neighbours;
+  return reach.neighbours;
 }
 
 }  // namespace amhex

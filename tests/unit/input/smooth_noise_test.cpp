@@ -64,6 +64,22 @@ TEST(SmoothNoise, MostOfItGoesWhereItIsLargerThanThePointsDistance) {
   }
 }
 
+TEST(SmoothNoise, WhereDensityDiffersThirtyfoldItGoesToo) {
+  // At every other point 512 neighbours reach less far than the noise does.
+  constexpr size_t kDense = 120'000;
+  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.05), kDense, 1);
+  fixtures::Chance chance(3);
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : cloud.points) {
+    if (chance.Unit() < std::pow(30.0, -(p.x + 1) / 2)) points.push_back(p);
+  }
+  AddNoise(0.08, &points);
+  const double before = DeviationFromSphere(points);
+  RunContext run;
+  EXPECT_GT(SmoothNoise(std::vector<Vec3d>(points.size()), run, points).value(), 256);
+  EXPECT_LT(DeviationFromSphere(points), 0.4 * before);
+}
+
 TEST(SmoothNoise, CleanAndSlightlyNoisyCloudsAreLeftAsTheyAre) {
   for (const double deviation : {0.0, 0.005, 0.015}) {
     RunContext run;
