@@ -168,6 +168,7 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
                                                              RunContext& run) {
   std::vector<PlacedCandidate> placed;
   int64_t others = closed.empty() ? 0 : CountOthers(closed.front().complex);
+  bool reach_hull = true;  // those that were drawn there
   for (size_t i = 0; i < closed.size(); ++i) {
     SetPart(i, closed.size(), run);
     AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
@@ -186,12 +187,14 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
     PlacedCandidate& newest = placed.back();
     newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
     if (is_last) break;
-    // Where a mesh without faults would end the search.
+    // Where a mesh without faults would end the search, and none stayed far from the hull yet: the
+    // next ones mostly do so too.
     const bool is_enough =
         static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others);
-    if (newest.loss.distance > 0 && newest.loss.minimum == 0 &&
+    if (reach_hull && newest.loss.distance > 0 && newest.loss.minimum == 0 &&
         (is_enough || newest.loss.cells < kGoodLoss)) {
       AMHEX_RETURN_IF_ERROR(Follow(with, run, newest));
+      reach_hull = newest.loss.distance == 0;
     }
     if (newest.loss.total() < kGoodLoss || (newest.loss.faults() == 0 && is_enough)) break;
   }
