@@ -259,10 +259,9 @@ absl::StatusOr<Job> JobManager::Cancel(const Caller& caller, const std::string& 
 }
 
 absl::Status JobManager::Delete(const Caller& caller, const std::string& id) {
-  AMHEX_RETURN_IF_ERROR(GetRuled(caller, id).status());
+  AMHEX_ASSIGN_OR_RETURN(const Job job, GetRuled(caller, id));
   AMHEX_RETURN_IF_ERROR(store_->Delete(id));
-  std::lock_guard<std::mutex> lock(mutex_);
-  feeds_.erase(id);
+  LetFeedGo(id, job);
   LogInfo("job_deleted", {{"job", JobName(id)}});
   return absl::OkStatus();
 }

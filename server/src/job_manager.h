@@ -235,6 +235,9 @@ class JobManager {
 
   void Housekeep();
   void TendWatchedFeeds();
+  void BreakSilence(const std::shared_ptr<JobFeed>& feed);
+  // Of a job that is gone: whoever watches it still hears of its end, if that is known, and leaves.
+  void LetFeedGo(const std::string& id, const amhex::v1::Job& job);
   void ForgetQuietFeeds();
   void EndReaped(const ReapedLeases& reaped, absl::Time now);
   void EndReapedJob(const ClaimedJob& job, const FinalOutcome& outcome, absl::Time now);

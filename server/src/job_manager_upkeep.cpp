@@ -62,13 +62,32 @@ void JobManager::TendWatchedFeeds() {
     readers += feed->reader_count();
     const absl::Duration quiet = MonotonicNow() - feed->last_publish_time();
     if (quiet > options_.quiet_feed_interval && !IsFinal(feed->state())) {
-      // A second chance for news that the store failed to give; in a cluster, see TendForeignFeeds.
-      if (!options_.relay) PublishStored(JobIdFromName(feed->Current().name()));
-      feed->Repeat();
+      BreakSilence(feed);
     }
     feed->WakeReaders();
   }
   metrics_->watchers.Set(static_cast<double>(readers));
+}
+
+void JobManager::BreakSilence(const std::shared_ptr<JobFeed>& feed) {
+  // A second chance for news that the store failed to give; in a cluster, see TendForeignFeeds.
+  if (!options_.relay) {
+    const auto job = PublishTo(feed, JobIdFromName(feed->Current().name()));
+    if (absl::IsNotFound(job.status())) return feed->Close(job.status());
+  }
+  feed->Repeat();
+}
+
+void JobManager::LetFeedGo(const std::string& id, const Job& job) {
+  const auto feed = FindFeed(id);
+  if (!feed) return;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    feeds_.erase(id);
+  }
+  // The job may have ended and gone between the two steps in which an end is stored and told.
+  if (IsFinal(job.state())) feed->PublishJob(job);
+  if (!IsFinal(feed->state())) feed->Close(JobNotFound(id));
 }
 
 void JobManager::ForgetQuietFeeds() {
@@ -134,8 +153,7 @@ void JobManager::TendQueue() {
     for (const std::string& id : *timed_out) PublishFinished(id);
   }
   if (const auto removed = store_->RemoveExpired(now); removed.ok()) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    for (const std::string& id : *removed) feeds_.erase(id);
+    for (const std::string& id : *removed) LetFeedGo(id, Job());
   }
   if (const auto counts = store_->CountByState(); counts.ok()) {
     for (const Job::State state :

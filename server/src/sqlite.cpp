@@ -9,12 +9,19 @@ namespace amhex::server {
 namespace {
 
 constexpr int kBusyTimeoutMilliseconds = 5000;
+constexpr absl::Duration kBusyRetryDelay = absl::Seconds(1);
 
 // The message names the kind of error, never the statement.
 absl::Status DatabaseError(int code) {
   if (code == SQLITE_FULL) {
     return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
                      "the disk of the job store is full");
+  }
+  if (code == SQLITE_BUSY || code == SQLITE_LOCKED) {
+    // Another process holds it, as some backups do. What is tried again succeeds when it lets go.
+    return WithRetryDelay(MakeError(absl::StatusCode::kUnavailable, amhex::v1::STORE_UNAVAILABLE,
+                                    "the job store is held by another process"),
+                          kBusyRetryDelay);
   }
   return ServerFault(std::string("the job store failed: ") + sqlite3_errstr(code));
 }

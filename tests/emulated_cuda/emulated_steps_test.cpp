@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <thread>
@@ -332,7 +333,11 @@ TEST_F(EmulatedSteps, SweepsAreReplayedAndWaitForNothing) {
 TEST_F(EmulatedSteps, TakesAsMuchMemoryForSamplingAsEstimatedAndGivesItBackWhenStopped) {
   const Hull hull = testing_support::HullOfMesh(fixtures::MakeTorus(6, 2.5, 0.2));
   RunContext run;
-  const auto sample = [&] { return SampleHull(hull, Backend::kCuda, run).status(); };
+  const auto sample = [&] {
+    Hull own = hull;  // whose copy ends with it
+    own.queries = std::make_shared<const HullQueries>(hull.vertices, hull.triangles);
+    return SampleHull(own, Backend::kCuda, run).status();
+  };
   ExpectEstimateAndReturns(sample);
   device_->Restart();
   run.RequestStop();

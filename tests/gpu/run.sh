@@ -26,16 +26,48 @@ sanitized_tests='*CudaParity*OneIteration:*CudaParity*PaperLattice:*CudaParityOf
 sanitized_tests+=':*CudaParityOfHullQueries*:*CudaParityOfMatching*:*CudaParityOfPlacement.Moves*'
 sanitized_tests+=':*CudaParityOfSampling*:*CudaParityOfTheHierarchy*:*CudaParityOfMeasures*:*CudaParityOfTopology*'
 tools=(memcheck racecheck initcheck)
-run_tests() {
-  local log
-  log=$(mktemp)
-  program engine_tests \
-    --gtest_filter="$device_tests:*LabelKernel*:Relaxation*:*SplitSites*-$other_tests" |
-    tee "$log"
-  if grep -q 'SKIPPED' "$log"; then
-    echo "run: tests were skipped, so the device was not checked" >&2
-    return 1
+tested="$device_tests:*LabelKernel*:Relaxation*:*SplitSites*-$other_tests"
+longest_test=600  # seconds; the slowest takes some ten on a CPU
+
+names_of_tests() {
+  program engine_tests --gtest_list_tests --gtest_filter="$tested" |
+    awk '/^[^ ].*\.( |$)/ { suite = $1 } /^ / { print suite $1 }'
+}
+
+# One test in a process of its own: after a kernel that fails a process cannot use the device.
+run_test() {  # NAME LOG
+  local status=0
+  timeout "$longest_test" "${loader[0]}" --library-path "$here/lib" "$here/bin/engine_tests" \
+    --gtest_filter="$1" >"$2" 2>&1 || status=$?
+  if ((status == 0)) && grep -q 'SKIPPED' "$2"; then
+    echo "skipped, so the device was not checked" >>"$2"
+    status=1
   fi
+  return "$status"
+}
+
+# A test that fails runs again, the host waiting for each kernel, so that the message names the one
+# that failed.
+run_tests() {
+  local names name log failed=() count=0
+  log=$(mktemp)
+  names=$(names_of_tests)
+  [[ -n $names ]] || { echo "run: no tests were found" >&2; return 1; }
+  for name in $names; do
+    count=$((count + 1))
+    if run_test "$name" "$log"; then
+      echo "ok      $name"
+    else
+      failed+=("$name")
+      echo "FAILED  $name"
+      tail -n 20 "$log"
+      echo "again with CUDA_LAUNCH_BLOCKING=1:"
+      CUDA_LAUNCH_BLOCKING=1 run_test "$name" "$log" && echo "no failure this time"
+      tail -n 20 "$log"
+    fi
+  done
+  echo "$count tests, ${#failed[@]} of them failed${failed[*]:+: ${failed[*]}}"
+  ((${#failed[@]} == 0))
 }
 run_benchmarks() {
   nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader || true

@@ -53,7 +53,7 @@ TEST(FuzzReplay, SmallSoupsEndInAMeshOrAnError) {
   ASSERT_GE(corpus.size(), 3u);
   for (const Bytes& bytes : corpus) fuzz::MeshSmallSoup(bytes.data(), bytes.size());
   fixtures::Chance chance(2);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 150; ++i) {
     const Bytes bytes = Variant(corpus, &chance);
     fuzz::MeshSmallSoup(bytes.data(), bytes.size());
   }

@@ -8,6 +8,7 @@
 
 #include "errors.h"
 #include "job_manager_fixture.h"
+#include "job_record.h"
 
 namespace amhex::server {
 namespace {
@@ -225,6 +226,39 @@ TEST_F(JobManagerTest, WatchersHearOfAJobAlsoWhileNothingHappensToIt) {
   }
   std::ofstream(go) << "x";
   EXPECT_EQ(Finished(waiting).state(), Job::SUCCEEDED);
+}
+
+// The end is stored, and told a moment later; in between anybody may remove the job.
+TEST_F(JobManagerTest, WatchersLeaveAJobThatIsRemovedBeforeTheyHearOfItsEnd) {
+  options_.quiet_feed_interval = absl::Milliseconds(20);
+  for (const bool by_this_server : {true, false}) {
+    Start();
+    const std::string id = Submit("progress 7; sleep 60000;");
+    ASSERT_TRUE(ReachesIteration(id, 7));
+    amhex::v1::WatchJobRequest request;
+    request.set_name(JobName(id));
+    auto reader = manager_->Watch(Everyone(), request, std::make_shared<DeafListener>());
+    ASSERT_TRUE(reader.ok()) << reader.status();
+    {
+      const auto store = *SqliteJobStore::Open(folder_ / "jobs.db");
+      const auto ended =
+          store->Finish(id, 1, ErrorOutcome(Job::FAILED, absl::InternalError("x")), absl::Now());
+      ASSERT_TRUE(ended.ok()) << ended.status();
+      if (!by_this_server) ASSERT_TRUE(store->Delete(id).ok());
+    }
+    if (by_this_server) EXPECT_TRUE(manager_->Delete(Everyone(), id).ok());
+    FeedReader::Item item;
+    Job last;
+    EXPECT_TRUE(Eventually([&] {
+      item = (*reader)->Next(absl::Now());
+      if (item.frame && item.frame->has_job()) last = item.frame->job();
+      return item.end.has_value();
+    }));
+    EXPECT_EQ(last.state(), by_this_server ? Job::FAILED : Job::RUNNING);
+    EXPECT_EQ(item.end->ok(), by_this_server) << *item.end;
+    reader->reset();  // before the manager that has counted it
+    Stop(absl::ZeroDuration());
+  }
 }
 
 TEST_F(JobManagerTest, StreamsThatATenantWatchesWithAreBoundedOverAllItsJobs) {

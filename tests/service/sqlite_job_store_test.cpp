@@ -3,6 +3,11 @@
 
 #include <time.h>
 
+#include <atomic>
+#include <thread>
+
+#include "errors.h"
+#include "files.h"
 #include "job_record.h"
 #include "job_store_laws.h"
 #include "service_fixtures.h"
@@ -120,6 +125,73 @@ TEST(SqliteJobStore, QueueOfALaterReleaseIsRefused) {
   }
   EXPECT_EQ(SqliteJobStore::Open(folder / "jobs.db").status().code(),
             absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(SqliteJobStore, QueueThatAnotherProcessHoldsIsUnavailableUntilItLetsGo) {
+  TemporaryFolder folder;
+  const auto store = *SqliteJobStore::Open(folder / "jobs.db");
+  NewJob job;
+  job.id = "job";
+  job.job.set_max_attempts(1);
+  const auto other = *SqliteDatabase::Open(folder / "jobs.db");
+  ASSERT_TRUE(other->Execute("BEGIN IMMEDIATE").ok());
+  const absl::Status held = store->Submit(job, 10, absl::Now()).status();
+  EXPECT_TRUE(absl::IsUnavailable(held)) << held;
+  EXPECT_EQ(ReasonOf(held), "STORE_UNAVAILABLE");
+  EXPECT_TRUE(absl::IsNotFound(store->Get("job").status()));  // reading goes on
+  ASSERT_TRUE(other->Execute("ROLLBACK").ok());
+  EXPECT_TRUE(store->Submit(job, 10, absl::Now()).ok());
+}
+
+TEST(SqliteJobStore, QuotasHoldHoweverManySubmitAtOnce) {
+  const auto store = *SqliteJobStore::Open(":memory:");
+  std::atomic<int> accepted{0};
+  std::vector<std::thread> callers;
+  for (int caller = 0; caller < 4; ++caller) {
+    callers.emplace_back([&, caller] {
+      for (int i = 0; i < 20; ++i) {
+        NewJob job;
+        job.id = std::to_string(20 * caller + i);
+        job.tenant.max_queued_jobs = 30;
+        const auto submitted = store->Submit(job, kManyJobs, absl::Now());
+        if (submitted.ok()) ++accepted;
+        EXPECT_TRUE(submitted.ok() || ReasonOf(submitted.status()) == "QUOTA_EXCEEDED");
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(accepted, 30);
+}
+
+TEST(SqliteJobStore, DamagedQueueIsAnErrorAndNotAnEmptyQueue) {
+  TemporaryFolder folder;
+  const std::string path = folder / "jobs.db";
+  NewJob job;
+  job.job.set_max_attempts(1);
+  {
+    const auto store = *SqliteJobStore::Open(path);
+    for (int i = 0; i < 200; ++i) {
+      job.id = std::to_string(i);
+      ASSERT_TRUE(store->Submit(job, 1000, absl::Now()).ok());
+    }
+  }
+  const std::string whole = *ReadWholeFile(path);
+  const auto is_fault = [](const absl::Status& status) {
+    return status.code() == absl::StatusCode::kInternal;
+  };
+  // No database at all; the beginning of one; one whose pages are overwritten.
+  ASSERT_TRUE(WriteFileAtomically(path, std::string(whole.size(), 'x')).ok());
+  EXPECT_TRUE(is_fault(SqliteJobStore::Open(path).status()));
+  ASSERT_TRUE(WriteFileAtomically(path, whole.substr(0, whole.size() / 4)).ok());
+  const auto cut = SqliteJobStore::Open(path);
+  EXPECT_TRUE(is_fault(cut.ok() ? (*cut)->CountByState().status() : cut.status()));
+  constexpr size_t kHeaderPage = 4096;
+  ASSERT_TRUE(WriteFileAtomically(
+                  path, whole.substr(0, kHeaderPage) + std::string(whole.size() - kHeaderPage, 'x'))
+                  .ok());
+  const auto overwritten = SqliteJobStore::Open(path);
+  EXPECT_TRUE(is_fault(overwritten.ok() ? (*overwritten)->Submit(job, 1000, absl::Now()).status()
+                                        : overwritten.status()));
 }
 
 // What a week leaves behind: jobs that succeeded, and what their tenant owns.

@@ -13,6 +13,7 @@
 #include "exec/cpu_executor.h"
 #include "fields/point_index.h"
 #include "input/curvature.h"
+#include "input/hull_queries.h"
 #include "input/sample_task.h"
 #include "input/triangle_math.h"
 
@@ -99,9 +100,36 @@ std::vector<int32_t> ChooseSamples(const CandidateView& candidates, const StopPo
   return chosen;
 }
 
+// What the hierarchy leaves out, by the same rule.
+std::vector<FlatTriangle> FlatTriangles(const Hull& hull, const StopPoll& poll) {
+  std::vector<FlatTriangle> flat;
+  for (size_t t = 0; t < hull.triangles.size(); ++t) {
+    poll.At(static_cast<int64_t>(t));
+    const auto& corners = hull.triangles[t];
+    const HullTriangle triangle{hull.vertices[static_cast<size_t>(corners[0])],
+                                hull.vertices[static_cast<size_t>(corners[1])],
+                                hull.vertices[static_cast<size_t>(corners[2])]};
+    if (!IsDegenerate(triangle.a, triangle.b, triangle.c)) continue;
+    flat.push_back({static_cast<int32_t>(t), triangle, hull.triangle_normals[t]});
+  }
+  return flat;
+}
+
+std::vector<int32_t> PlacesOnCpu(CpuExecutor& executor, const SampledSurface& surface) {
+  std::vector<int32_t> places(static_cast<size_t>(surface.triangle_count()));
+  const ArrayView<int32_t> place{places.data(), surface.triangle_count()};
+  executor.ForEach("place triangles", surface.hull.original.size,
+                   PlaceInHullBody{surface.hull.original, place});
+  executor.ForEach("place flat triangles", surface.flat.size, PlaceFlatBody{surface.flat, place});
+  return places;
+}
+
 // False if it was stopped.
 bool SampleOnCpu(SampleTask& task, const StopPoll& poll) {
   CpuExecutor executor(task.should_stop);
+  const std::vector<int32_t> places = PlacesOnCpu(executor, task.surface);
+  if (executor.Stopped()) return false;
+  task.surface.place = ViewOf(places);
   const auto count = static_cast<size_t>(task.candidate_count);
   std::vector<Vec3d> position(count);
   std::vector<int32_t> triangle(count);
@@ -152,18 +180,30 @@ absl::StatusOr<HullSamples> SampleHull(const Hull& hull, Backend backend, RunCon
   const std::vector<SymmetricTensor> curvature = TriangleCurvatures(hull, poll);
   const SharpPoints sharp = SpreadOverSharpEdges(hull);
   const Box3d box = Grown(hull.box);
+  const std::vector<FlatTriangle> flat = FlatTriangles(hull, poll);
   const int64_t count = first.back();
   const auto sharp_count = static_cast<int64_t>(sharp.position.size());
-  SampleTask task{{ViewOf(hull.vertices), ViewOf(hull.triangles), ViewOf(hull.triangle_normals),
-                   ViewOf(hull.patch), ViewOf(curvature), ViewOf(first), ViewOf(sharp.position),
-                   ViewOf(sharp.direction), ViewOf(sharp.patches)},
+  SampleTask task{{hull.queries->view_if_here(),
+                   ViewOf(flat),
+                   {},
+                   ViewOf(hull.patch),
+                   ViewOf(curvature),
+                   ViewOf(first),
+                   ViewOf(sharp.position),
+                   ViewOf(sharp.direction),
+                   ViewOf(sharp.patches)},
+                  &hull.queries->resident(),
                   count,
                   fields::ShapeOfRows(box, count, kCandidateBinSize),
                   fields::ShapeOfRows(box, sharp_count, kCandidateBinSize),
                   {},
                   [&run] { return run.ShouldStop(); }};
-  const auto on_cpu = [&] { return SampleOnCpu(task, poll); };
-  DeviceUse* const where = count < kFewestForDevice ? nullptr : &device;
+  const auto on_cpu = [&] {
+    task.surface.hull = hull.queries->view();
+    return SampleOnCpu(task, poll);
+  };
+  const bool is_small = count < kFewestForDevice && hull.queries->is_here();
+  DeviceUse* const where = is_small ? nullptr : &device;
   AMHEX_RETURN_IF_ERROR(RunWhereChosen(where, &task, on_cpu).status());
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   HullSamples samples = Unpacked(task.samples);

@@ -11,6 +11,7 @@
 #include "exec/executor.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/point_rows_impl.h"
+#include "input/hull_batch_impl.h"
 #include "input/sample_task.h"
 
 namespace amhex {
@@ -85,8 +86,10 @@ class HullSampling {
     const int64_t count = task.candidate_count;
     constexpr int64_t kOfCandidate = sizeof(Vec3d) + sizeof(int32_t);
     constexpr int64_t kOfTurn = 2 * sizeof(int32_t) + sizeof(ChoiceState);
-    return UploadedArrays<E>::Bytes(task.surface) + kOfCandidate * count + E::SortBytes(count) +
-           fields::RowsBytes(count, task.rows) +
+    return ResidentHullBytes<E>(task.surface.hull, *task.resident) +
+           UploadedArrays<E>::Bytes(task.surface) +
+           task.surface.triangle_count() * static_cast<int64_t>(sizeof(int32_t)) +
+           kOfCandidate * count + E::SortBytes(count) + fields::RowsBytes(count, task.rows) +
            fields::RowsBytes(task.surface.sharp_position.size, task.sharp_rows) +
            Larger(fields::RowsScratchBytes(count), kOfTurn * count + ChooseInTurnBytes(count));
   }
@@ -94,7 +97,7 @@ class HullSampling {
   // False if it was stopped.
   bool Run() {
     const int64_t count = task_.candidate_count;
-    view_.surface = arrays_.Upload(task_.surface);
+    TakeSurface();
     Buffer<E, Vec3d> position = executor_.template Alloc<Vec3d>(count);
     Buffer<E, int32_t> triangle = executor_.template Alloc<int32_t>(count);
     executor_.ForEach("spread candidates", count,
@@ -110,6 +113,17 @@ class HullSampling {
   }
 
  private:
+  void TakeSurface() {
+    SampledSurface& surface = view_.surface = arrays_.Upload(task_.surface);
+    surface.hull = ResidentHull<E>(task_.surface.hull, *task_.resident);
+    const auto place = arrays_.template AddArray<int32_t>(surface.triangle_count());
+    executor_.ForEach("place triangles", surface.hull.original.size,
+                      PlaceInHullBody{surface.hull.original, place});
+    executor_.ForEach("place flat triangles", surface.flat.size,
+                      PlaceFlatBody{surface.flat, place});
+    surface.place = ReadOnly(place);
+  }
+
   Buffer<E, int32_t> OrderTurns() {
     constexpr int kKeyBits = 32;
     const int64_t count = task_.candidate_count;

@@ -6,13 +6,15 @@
 #include <functional>
 #include <vector>
 
+#include "exec/resident_slot.h"
 #include "input/sample_view.h"
 
 namespace amhex {
 
 // Views are on host arrays that outlive the task.
 struct SampleTask {
-  SampledSurface surface;
+  SampledSurface surface;            // without places, and the hull only if `resident` is empty
+  ResidentSlot* resident = nullptr;  // the hull's, never null
   int64_t candidate_count = 0;
   fields::RowShape rows;              // of the candidates
   fields::RowShape sharp_rows;        // of the points along sharp edges

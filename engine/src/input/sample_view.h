@@ -10,15 +10,23 @@
 #include "base/counter_rng.h"
 #include "base/platform.h"
 #include "fields/point_rows.h"
+#include "input/hull_view.h"
 #include "input/surface_tensor.h"
 
 namespace amhex {
 
+// A triangle that the hull's hierarchy leaves out, being without area.
+struct FlatTriangle {
+  int32_t number = 0;
+  HullTriangle corners;
+  Vec3d normal;  // a neighbour's
+};
+
 // The hull's triangles, and points along its sharp edges. Views do not own.
 struct SampledSurface {
-  ArrayView<const Vec3d> vertices;
-  ArrayView<const std::array<int32_t, 3>> triangles;
-  ArrayView<const Vec3d> normals;              // [triangle] unit
+  HullView hull;
+  ArrayView<const FlatTriangle> flat;          // all that are not in there
+  ArrayView<const int32_t> place;              // [triangle] in the hull, or -1 - place in `flat`
   ArrayView<const int32_t> patch;              // [triangle]
   ArrayView<const SymmetricTensor> curvature;  // [triangle]
   ArrayView<const int32_t> first_candidate;    // [triangle], and one more: how many there are
@@ -26,10 +34,34 @@ struct SampledSurface {
   ArrayView<const Vec3d> sharp_direction;      // of the edge, unit
   ArrayView<const std::array<int32_t, 2>> sharp_patches;  // that it parts
 
+  int64_t triangle_count() const { return patch.size; }
+  AMHEX_HD const HullTriangle& Corners(int64_t triangle) const {
+    const int32_t at = place[triangle];
+    return at >= 0 ? hull.triangles[at] : flat[-1 - at].corners;
+  }
+  AMHEX_HD const Vec3d& Normal(int64_t triangle) const {
+    const int32_t at = place[triangle];
+    return at >= 0 ? hull.normals[at] : flat[-1 - at].normal;
+  }
+  // Those that the host has: places follow from the hull, which has its own copy.
   template <class Visit>
   void VisitArrays(const Visit& visit) {
-    visit(vertices), visit(triangles), visit(normals), visit(patch), visit(curvature);
-    visit(first_candidate), visit(sharp_position), visit(sharp_direction), visit(sharp_patches);
+    visit(flat), visit(patch), visit(curvature), visit(first_candidate);
+    visit(sharp_position), visit(sharp_direction), visit(sharp_patches);
+  }
+};
+
+// One element per triangle of the hierarchy, and one per flat one.
+struct PlaceInHullBody {
+  ArrayView<const int32_t> original;
+  ArrayView<int32_t> place;
+  AMHEX_HD void operator()(int64_t i) const { place[original[i]] = static_cast<int32_t>(i); }
+};
+struct PlaceFlatBody {
+  ArrayView<const FlatTriangle> flat;
+  ArrayView<int32_t> place;
+  AMHEX_HD void operator()(int64_t i) const {
+    place[flat[i].number] = -1 - static_cast<int32_t>(i);
   }
 };
 
@@ -52,7 +84,7 @@ inline constexpr double kCandidateBinSize = 0.5;
 
 // The serial number decides where in its triangle it lies.
 AMHEX_HD inline SampleCandidate CandidateOf(const SampledSurface& surface, int64_t serial) {
-  int64_t begin = 0, end = surface.triangles.size;  // the last whose first is no later
+  int64_t begin = 0, end = surface.patch.size;  // the last whose first is no later
   while (end - begin > 1) {
     const int64_t middle = (begin + end) / 2;
     if (surface.first_candidate[middle] <= serial) {
@@ -61,13 +93,11 @@ AMHEX_HD inline SampleCandidate CandidateOf(const SampledSurface& surface, int64
       end = middle;
     }
   }
-  const std::array<int32_t, 3>& corners = surface.triangles[begin];
+  const HullTriangle& corners = surface.Corners(begin);
   const auto index = static_cast<uint64_t>(serial);
   const double root = std::sqrt(RandomUnit(kSampleSeed, RandomStream::kSampleAcross, index));
   const double split = RandomUnit(kSampleSeed, RandomStream::kSampleAlong, index);
-  return {surface.vertices[corners[0]] * (1 - root) +
-              surface.vertices[corners[1]] * (root * (1 - split)) +
-              surface.vertices[corners[2]] * (root * split),
+  return {corners.a * (1 - root) + corners.b * (root * (1 - split)) + corners.c * (root * split),
           static_cast<int32_t>(begin)};
 }
 // Candidates have their turn by rising keys.
@@ -104,7 +134,7 @@ struct CandidateView {
   }
 
  private:
-  AMHEX_HD const Vec3d& NormalOf(int32_t i) const { return surface.normals[triangle[i]]; }
+  AMHEX_HD const Vec3d& NormalOf(int32_t i) const { return surface.Normal(triangle[i]); }
   AMHEX_HD int32_t PatchOf(int32_t i) const { return surface.patch[triangle[i]]; }
 
   // visit(j, squared distance) for candidates within `reach` that see the surface alike.

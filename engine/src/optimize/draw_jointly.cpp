@@ -130,7 +130,9 @@ JointDraw::JointDraw(Placement& placement, const HullSampling& sampling,
       sampling_(sampling),
       limits_(limits),
       floor_(floor),
-      moved_(placement.complex.vertices.size(), 0) {}
+      moved_(placement.complex.vertices.size(), 0),
+      known_(placement.complex.vertices),
+      changed_(placement.complex.vertices.size(), 0) {}
 
 bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
   const CellComplex& complex = placement_.complex;
@@ -142,37 +144,60 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
   JointPlace place(placement_);
   JointGaps around(sampling_, placement_, limits_);
   bool any = false;
+  NoteMoves();
   for (const Gap& gap : gaps) {
     if (tries <= 0 || run.ShouldStop()) break;
     const int32_t cell = CellAt(gap);
     if (cell < 0) continue;
+    Refusal& refusal = refusals_[cell];
+    if (Stands(refusal)) continue;
     place.EnterLoosely({cell}, floor_);
-    if (around.Enter(place.moving())) {
-      const Outcome outcome = DrawPlace(cell, place, around, run);
-      if (outcome != Outcome::kNotTried) --tries;
-      any = any || outcome == Outcome::kMoved;
+    const Outcome outcome =
+        around.Enter(place.moving()) ? DrawPlace(place, around, refusal, run) : Outcome::kNotTried;
+    if (outcome != Outcome::kNotTried) --tries;
+    if (outcome == Outcome::kMoved) {
+      any = true;
+      refusals_.erase(cell);
+      ++clock_;
+      for (const int32_t v : place.moving()) changed_[v] = clock_, moved_[v] = 1;
+    } else {
+      refusal.asked_at = clock_;
+      refusal.seen = place.Seen();
+      const std::vector<int32_t> others = around.Seen();
+      refusal.seen.insert(refusal.seen.end(), others.begin(), others.end());
     }
     place.Leave();
   }
+  known_ = complex.vertices;
   return any;
 }
 
-JointDraw::Outcome JointDraw::DrawPlace(int32_t cell, JointPlace& place, JointGaps& around,
+// Those since the last call that others have made.
+void JointDraw::NoteMoves() {
+  ++clock_;
+  for (size_t v = 0; v < known_.size(); ++v) {
+    if (known_[v] != placement_.complex.vertices[v]) changed_[v] = clock_;
+  }
+}
+
+// All that it saw is where it was.
+bool JointDraw::Stands(const Refusal& refusal) const {
+  return !refusal.seen.empty() &&
+         std::all_of(refusal.seen.begin(), refusal.seen.end(),
+                     [&](int32_t v) { return changed_[v] <= refusal.asked_at; });
+}
+
+JointDraw::Outcome JointDraw::DrawPlace(JointPlace& place, JointGaps& around, Refusal& refusal,
                                         const RunContext& run) {
   Attempt attempt(limits_, floor_, place, around);
   const double lacked = attempt.start().total();
-  const auto known = in_vain_.find(cell);
-  const bool is_known =
-      known != in_vain_.end() && std::abs(known->second - lacked) <= kOtherShare * known->second;
+  const bool is_known = std::abs(refusal.lacked - lacked) <= kOtherShare * refusal.lacked;
   if (!attempt.IsNeeded() || is_known) return Outcome::kNotTried;
   attempt.Run(run);
-  if (!attempt.IsWorthItsCost()) {
-    in_vain_[cell] = lacked;
-    attempt.TakeBack();
-    return Outcome::kStayed;
-  }
-  for (const int32_t v : place.moving()) moved_[v] = 1;
-  return Outcome::kMoved;
+  if (attempt.IsWorthItsCost()) return Outcome::kMoved;
+  refusal.lacked = lacked;
+  attempt.TakeBack();
+  return Outcome::kStayed;
 }
 
 // That of the face nearest to the gap; -1 if there is none near.

@@ -38,15 +38,27 @@ class JointDraw {
 
  private:
   enum class Outcome : uint8_t { kNotTried, kStayed, kMoved };
-  Outcome DrawPlace(int32_t cell, JointPlace& place, JointGaps& around, const RunContext& run);
+  // That a place has stayed.
+  struct Refusal {
+    double lacked = -1;         // when it was last tried; < 0: it was not
+    int64_t asked_at = 0;       // by clock_
+    std::vector<int32_t> seen;  // vertices whose places decided
+  };
+
+  Outcome DrawPlace(JointPlace& place, JointGaps& around, Refusal& refusal, const RunContext& run);
   int32_t CellAt(const Gap& gap) const;
+  bool Stands(const Refusal& refusal) const;
+  void NoteMoves();
 
   Placement& placement_;
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
   const double floor_;
   std::vector<uint8_t> moved_;
-  std::map<int32_t, double> in_vain_;  // [cell] what its place lacked when it stayed
+  std::map<int32_t, Refusal> refusals_;  // [cell] at the gap
+  std::vector<Vec3d> known_;             // [vertex] where it was when moves were last noted
+  std::vector<int64_t> changed_;         // [vertex] when it last moved, by clock_
+  int64_t clock_ = 0;
 };
 
 }  // namespace amhex

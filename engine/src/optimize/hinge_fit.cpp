@@ -4,29 +4,65 @@
 #include <cmath>
 #include <utility>
 
+#include "base/vector_lanes.h"
+
 namespace amhex {
 namespace {
 
 // Which rows lack after a step is found by solving for those that do, again and again.
 constexpr int kMostRounds = 8;
 
-// Solves m x = b for a symmetric positive definite m, of which the lower triangle is given row by
-// row; both are overwritten, b by x.
-void SolveCholesky(std::vector<double>* m, std::vector<double>* b) {
-  const size_t n = b->size();
-  const auto row = [&](size_t i) { return m->data() + i * n; };
-  for (size_t i = 0; i < n; ++i) {
-    for (size_t j = 0; j <= i; ++j) {
-      double sum = row(i)[j];
-      for (size_t k = 0; k < j; ++k) sum -= row(i)[k] * row(j)[k];
-      row(i)[j] = i == j ? std::sqrt(sum) : sum / row(j)[j];
+size_t PaddedToLanes(size_t count) {
+  return static_cast<size_t>(LaneBlocks(static_cast<int64_t>(count))) * kLanes;
+}
+
+AMHEX_LANES_INLINE const DoubleLanes& LanesAt(const double* p) {
+  return *reinterpret_cast<const DoubleLanes*>(p);
+}
+
+// The rows before row i of a factor, as far as they reach beyond column i, times what they have
+// there, are subtracted from it. Each number sees the rows in their order, but four of them while
+// it is at hand.
+AMHEX_LANES_INLINE void SubtractRowsBefore(size_t i, size_t stride, double* m) {
+  double* row = m + i * stride;
+  const size_t begin = i / kLanes * kLanes;
+  size_t k = 0;
+  for (; k + 4 <= i; k += 4) {
+    const double *a = m + k * stride, *b = a + stride, *c = b + stride, *d = c + stride;
+    for (size_t j = begin; j < stride; j += kLanes) {
+      DoubleLanes rest = LanesAt(row + j) - a[i] * LanesAt(a + j);
+      rest -= b[i] * LanesAt(b + j);
+      rest -= c[i] * LanesAt(c + j);
+      *reinterpret_cast<DoubleLanes*>(row + j) = rest - d[i] * LanesAt(d + j);
     }
-    for (size_t k = 0; k < i; ++k) (*b)[i] -= row(i)[k] * (*b)[k];
-    (*b)[i] /= row(i)[i];
   }
-  for (size_t i = n; i-- > 0;) {
-    (*b)[i] /= row(i)[i];
-    for (size_t k = 0; k < i; ++k) (*b)[k] -= row(i)[k] * (*b)[i];
+  for (; k < i; ++k) {
+    const double* a = m + k * stride;
+    for (size_t j = begin; j < stride; j += kLanes) {
+      *reinterpret_cast<DoubleLanes*>(row + j) = LanesAt(row + j) - a[i] * LanesAt(a + j);
+    }
+  }
+}
+
+// Solves m x = b for a symmetric positive definite m, of which the upper triangle is given row by
+// row, each padded to a multiple of kLanes; both are overwritten, b by x.
+void SolveCholesky(std::vector<double>* m, std::vector<double>* b) {
+  const size_t n = b->size(), stride = PaddedToLanes(n);
+  const auto row = [&](size_t i) { return m->data() + i * stride; };
+  RunWithWidestVectors([&] {
+    for (size_t i = 0; i < n; ++i) {
+      SubtractRowsBefore(i, stride, m->data());
+      row(i)[i] = std::sqrt(row(i)[i]);
+      for (size_t j = i + 1; j < n; ++j) row(i)[j] /= row(i)[i];
+    }
+  });
+  for (size_t k = 0; k < n; ++k) {
+    (*b)[k] /= row(k)[k];
+    for (size_t i = k + 1; i < n; ++i) (*b)[i] -= row(k)[i] * (*b)[k];
+  }
+  for (size_t k = n; k-- > 0;) {
+    for (size_t i = n; i-- > k + 1;) (*b)[k] -= row(k)[i] * (*b)[i];
+    (*b)[k] /= row(k)[k];
   }
 }
 
@@ -37,13 +73,21 @@ HingeFit::HingeFit(std::vector<HingeRow> rows, int64_t point_count)
       point_count_(point_count),
       products_(rows_.size() * rows_.size(), 0.0) {
   std::vector<Vec3d> falls(static_cast<size_t>(point_count));  // of one row, zero elsewhere
+  std::vector<std::vector<size_t>> rows_at(static_cast<size_t>(point_count));  // so far
+  std::vector<size_t> met_by(rows_.size(), rows_.size());  // [row] the last that shares a point
   for (size_t a = 0; a < rows_.size(); ++a) {
-    for (const HingeRow::Slope& slope : rows_[a].slopes) falls[slope.point] = slope.fall;
-    for (size_t b = 0; b <= a; ++b) {
-      for (const HingeRow::Slope& slope : rows_[b].slopes) {
-        ProductOf(a, b) += Dot(falls[slope.point], slope.fall);
+    for (const HingeRow::Slope& slope : rows_[a].slopes) {
+      falls[slope.point] = slope.fall;
+      rows_at[slope.point].push_back(a);
+    }
+    for (const HingeRow::Slope& shared : rows_[a].slopes) {
+      for (const size_t b : rows_at[shared.point]) {
+        if (std::exchange(met_by[b], a) == a) continue;
+        for (const HingeRow::Slope& slope : rows_[b].slopes) {
+          ProductOf(a, b) += Dot(falls[slope.point], slope.fall);
+        }
+        ProductOf(b, a) = ProductOf(a, b);
       }
-      ProductOf(b, a) = ProductOf(a, b);
     }
     for (const HingeRow::Slope& slope : rows_[a].slopes) falls[slope.point] = Vec3d{};
   }
@@ -77,11 +121,11 @@ std::vector<Vec3d> HingeFit::Solve(double damping) const {
 
 // With F the falls of the active rows, the best moves are F^T x where (F F^T + damping) x = lack.
 std::vector<double> HingeFit::FactorsOf(const std::vector<size_t>& active, double damping) const {
-  const size_t n = active.size();
-  std::vector<double> matrix(n * n), factors(n);
+  const size_t n = active.size(), stride = PaddedToLanes(n);
+  std::vector<double> matrix(n * stride), factors(n);
   for (size_t i = 0; i < n; ++i) {
-    for (size_t j = 0; j <= i; ++j) matrix[i * n + j] = ProductOf(active[i], active[j]);
-    matrix[i * n + i] += damping;
+    for (size_t j = i; j < n; ++j) matrix[i * stride + j] = ProductOf(active[i], active[j]);
+    matrix[i * stride + i] += damping;
     factors[i] = rows_[active[i]].lack;
   }
   SolveCholesky(&matrix, &factors);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/sort_unique.h"
+#include "base/vector_lanes.h"
 #include "input/hull_queries.h"
 #include "input/triangle_math.h"
 
@@ -20,6 +21,7 @@ constexpr double kAim = 0.9;
 // Points of the input farther off the hull are not followed: vertices may be as far off it as
 // does not count, and what they come near to may be so far from them again.
 constexpr double kMostOffHull = 2;
+constexpr double kNowhere = 1e100;  // coordinate of what fills up the last lanes
 constexpr double kSeenShare = 0.7;  // of the aim: what a step might bring beyond it
 
 // Weights of a, b, c in a point of their triangle.
@@ -77,7 +79,25 @@ bool JointGaps::Enter(const std::vector<int32_t>& moving) {
   sampling_.face_index().VisitNear(middle, reach + kFaceReach, [&](int32_t f) {
     if (!std::binary_search(own_ids_.begin(), own_ids_.end(), f)) faces_.push_back(FaceNow(f));
   });
+  CollectMiddles();
   return FindSamples(middle, reach);
+}
+
+std::vector<int32_t> JointGaps::Seen() const {
+  std::vector<int32_t> seen;
+  for (const Face& face : faces_) {
+    seen.insert(seen.end(), face.vertex.begin(), face.vertex.begin() + face.count);
+  }
+  SortUnique(seen);
+  return seen;
+}
+
+void JointGaps::CollectMiddles() {
+  const int64_t blocks = LaneBlocks(static_cast<int64_t>(faces_.size()));
+  for (int a = 0; a < 3; ++a) {
+    middles_[a].assign(static_cast<size_t>(blocks * kLanes), kNowhere);
+    for (size_t f = 0; f < faces_.size(); ++f) middles_[a][f] = faces_[f].middle[a];
+  }
 }
 
 bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
@@ -103,12 +123,29 @@ bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
   return !is_lost;
 }
 
+// The first of the nearest ones.
 size_t JointGaps::FaceNearMiddle(const Vec3d& p) const {
-  const auto nearer = [&](const Face& a, const Face& b) {
-    return SquaredNorm(p - a.middle) < SquaredNorm(p - b.middle);
-  };
-  return static_cast<size_t>(std::min_element(faces_.begin(), faces_.end(), nearer) -
-                             faces_.begin());
+  DoubleLanes least = DoubleLanes{} + kNowhere * kNowhere;
+  LaneMask block_of_least = {};
+  RunWithWidestVectors([&] {
+    for (size_t block = 0; block < middles_[0].size() / kLanes; ++block) {
+      const auto lanes_of = [&](int a) {
+        return *reinterpret_cast<const DoubleLanes*>(&middles_[a][block * kLanes]);
+      };
+      const VectorLanes away = VectorLanes{lanes_of(0), lanes_of(1), lanes_of(2)}.From(p);
+      const DoubleLanes squared = away.Dot(away);
+      const LaneMask is_nearer = squared < least;
+      least = is_nearer ? squared : least;
+      block_of_least = is_nearer ? LaneMask{} + static_cast<int64_t>(block) : block_of_least;
+    }
+  });
+  const auto face_of = [&](int lane) { return block_of_least[lane] * kLanes + lane; };
+  int best = 0;
+  for (int lane = 1; lane < kLanes; ++lane) {
+    const bool is_first = least[lane] == least[best] && face_of(lane) < face_of(best);
+    if (least[lane] < least[best] || is_first) best = lane;
+  }
+  return static_cast<size_t>(face_of(best));
 }
 
 // Not the nearest where one is found within `enough`.

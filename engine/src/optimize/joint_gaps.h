@@ -32,6 +32,9 @@ class JointGaps {
   // there are no such faces, or a sample is lost to them (gap_closer).
   bool Enter(const std::vector<int32_t>& moving);
 
+  // The vertices of all those faces, whose places decide what is found here.
+  std::vector<int32_t> Seen() const;
+
   // As the vertices are.
   JointDeviation Judge();
   // Every distance beyond what is aimed at, and those within that a step might bring there.
@@ -73,6 +76,7 @@ class JointGaps {
   Face FaceNow(int32_t f) const;
   bool FindSamples(const Vec3d& middle, double reach);
   size_t FaceNearMiddle(const Vec3d& p) const;
+  void CollectMiddles();
   void Renew();
   FacePoint NearestOnFaces(const Vec3d& p, size_t likely, double enough) const;
   EdgePoint NearestOnEdges(const Vec3d& p, double enough) const;
@@ -91,6 +95,8 @@ class JointGaps {
   std::vector<int32_t> moving_;   // those on the boundary
   std::vector<int32_t> own_ids_;  // hull faces at them, ascending
   std::vector<Face> faces_;       // those first, then others around
+  // Coordinates of their middles when entered, padded to whole lanes.
+  std::array<std::vector<double>, 3> middles_;
   std::vector<Sample> samples_;
   std::vector<Vec3d> crease_samples_;
 };

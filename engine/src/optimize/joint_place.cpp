@@ -171,6 +171,15 @@ CellPositions JointPlace::PositionsOf(int32_t cell) const {
   return positions;
 }
 
+std::vector<int32_t> JointPlace::Seen() const {
+  std::vector<int32_t> seen;
+  for (const int32_t c : cells_) {
+    seen.insert(seen.end(), view_.cells[c].begin(), view_.cells[c].end());
+  }
+  SortUnique(seen);
+  return seen;
+}
+
 std::vector<Vec3d> JointPlace::Positions() const {
   std::vector<Vec3d> positions;
   for (const int32_t v : moving_) positions.push_back(view_.vertices[v]);

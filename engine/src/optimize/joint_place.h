@@ -47,6 +47,8 @@ class JointPlace {
 
   bool MayMove() const { return !moving_.empty(); }
   const std::vector<int32_t>& moving() const { return moving_; }  // vertices, ascending
+  // Those of the cells at them, whose places decide what is judged here.
+  std::vector<int32_t> Seen() const;
   // What the cells lack to a scaled Jacobian of 1, each at its worst corner.
   double LackOfCells() const;
   PlaceJudgement Judge(double wanted) const;

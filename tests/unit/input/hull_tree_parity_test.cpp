@@ -10,6 +10,7 @@
 
 #include "cuda/device_use.h"
 #include "fixtures/solids.h"
+#include "input/build_hull.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -53,6 +54,24 @@ TEST_F(CudaParityOfTheHierarchy, OfSolidsIsTheSame) {
   ExpectSame(fixtures::MakeSphere(2, 0.1));
   ExpectSame(fixtures::MakeTwistedBox({3, 2, 4}, 1.0, 0.1));
   ExpectSame(fixtures::MakeBox({3, 3, 3}, 0.125));  // zeros, and many centres that are equal
+}
+
+// Its default size, which widths decide, and its sharp edges are answers of that hierarchy.
+TEST_F(CudaParityOfTheHierarchy, GivesTheSameHull) {
+  const InputHull input = fixtures::MakeBracket(1, 0.125);
+  MeshingParams params;
+  params.run.backend = Backend::kCpu;
+  RunContext run;
+  const auto here = BuildHull(input, params, run);
+  params.run.backend = Backend::kCuda;
+  const auto there = BuildHull(input, params, run);
+  ASSERT_TRUE(here.ok()) << here.status();
+  ASSERT_TRUE(there.ok()) << there.status();
+  EXPECT_NE(there->queries->resident(), nullptr);
+  EXPECT_EQ(here->frame.scale, there->frame.scale);
+  EXPECT_EQ(here->patch, there->patch);
+  ASSERT_GT(here->sharp_edges.size(), 0U);
+  EXPECT_EQ(here->sharp_degree, there->sharp_degree);
 }
 
 TEST_F(CudaParityOfTheHierarchy, LeavesOutTheSameTrianglesWithoutArea) {

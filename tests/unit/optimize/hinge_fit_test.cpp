@@ -44,6 +44,19 @@ TEST(HingeFit, MakesGoodWhatTwoPointsCanOnlyMakeGoodTogether) {
   for (const HingeRow& row : rows) EXPECT_NEAR(Remainder(row, moves), 0, 1e-6);
 }
 
+// Elimination goes by several rows and columns at a time.
+TEST(HingeFit, MakesGoodAnyNumberOfRowsInARing) {
+  for (const int count : {3, 4, 5, 7, 8, 9, 15, 16, 17, 41}) {
+    std::vector<HingeRow> rows;
+    for (int32_t i = 0; i < count; ++i) {
+      const int32_t next = (i + 1) % count;
+      rows.push_back({0.1 + 0.01 * i, {{i, {1, 0, 0}}, {next, {0.3, 0.2, 0}}}});
+    }
+    const std::vector<Vec3d> moves = HingeFit(rows, count).Solve(kSmallDamping);
+    for (const HingeRow& row : rows) EXPECT_LE(Remainder(row, moves), 1e-6) << count;
+  }
+}
+
 TEST(HingeFit, SeesRowsThatWouldComeToLack) {
   // Moving the point by 0.3 makes the first good; the second admits 0.1 of it along x.
   const std::vector<HingeRow> rows = {{0.3, {{0, {1, 0.5, 0}}}}, {-0.1, {{0, {-1, 0, 0}}}}};
