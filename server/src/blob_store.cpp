@@ -141,7 +141,7 @@ absl::Status BlobUpload::Store(int64_t offset, const BytePieces& pieces) {
   return absl::OkStatus();
 }
 
-absl::Status BlobUpload::Finish() {
+absl::Status BlobUpload::Finish(const std::function<absl::Status()>& grant) {
   if (complete_) return absl::OkStatus();
   const std::string& name = partial_->blob.sha256();
   if (auto status = Digest({}); !status.ok()) return status;
@@ -166,6 +166,7 @@ absl::Status BlobUpload::Finish() {
   if (status.ok()) {
     status = store_->Publish(store_->UploadPath(partial_->key), name, partial_->blob.size_bytes());
   }
+  if (status.ok() && grant) status = grant();
   store_->Drop(partial_->key, partial_->committed_size);
   complete_ = status.ok();
   return status;
@@ -240,13 +241,11 @@ absl::StatusOr<std::unique_ptr<BlobUpload>> BlobStore::StartUpload(const std::st
                                                                    const amhex::v1::BlobRef& blob,
                                                                    const TenantRoom& room) {
   const int64_t missing = blob.size_bytes() - UploadedSize(tenant, blob.sha256());
-  if (auto status = CheckRoomForInput(missing); !status.ok()) return status;
   std::lock_guard<std::mutex> lock(mutex_);
   if (auto status = CheckUploadCount(tenant); !status.ok()) return status;
-  if (room.quota_bytes > 0 &&
-      room.owned_bytes + OtherUploadsOf(tenant, blob) + blob.size_bytes() > room.quota_bytes) {
-    return QuotaExceeded("bytes of blobs", room.quota_bytes);
-  }
+  // First, as room is made at the cost of others' results, never for more than a tenant may have.
+  if (auto status = CheckTenantRoom(tenant, blob, room); !status.ok()) return status;
+  if (auto status = CheckRoomForInput(missing); !status.ok()) return status;
   auto partial = FindOrMakePartial(UploadKey(tenant, blob.sha256()), blob);
   if (!partial.ok()) return partial.status();
   std::lock_guard<std::mutex> partial_lock((*partial)->mutex);
@@ -268,19 +267,28 @@ int64_t BlobStore::OtherUploadsOf(const std::string& tenant, const amhex::v1::Bl
   const std::string prefix = UploadPrefix(tenant);
   const std::string own = UploadKey(tenant, blob.sha256());
   int64_t bytes = 0;
+  // By name, as the file of one that ends has left already.
+  for (auto active = partials_.lower_bound(prefix);
+       active != partials_.end() && active->first.starts_with(prefix); ++active) {
+    if (active->first != own) bytes += active->second->blob.size_bytes();
+  }
   for (const fs::path& file : FilesBelow(private_folder_ + "/uploads")) {
     const std::string key = file.filename().string();
-    if (key == own || !key.starts_with(prefix)) continue;
-    const auto active = partials_.find(key);
+    if (key == own || !key.starts_with(prefix) || partials_.contains(key)) continue;
     std::error_code error;
     const auto stored = fs::file_size(file, error);
-    if (active != partials_.end()) {
-      bytes += active->second->blob.size_bytes();
-    } else if (!error) {
-      bytes += static_cast<int64_t>(stored);
-    }
+    if (!error) bytes += static_cast<int64_t>(stored);
   }
   return bytes;
+}
+
+absl::Status BlobStore::CheckTenantRoom(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                                        const TenantRoom& room) const {
+  if (room.quota_bytes <= 0) return absl::OkStatus();
+  AMHEX_ASSIGN_OR_RETURN(const int64_t owned, room.owned_bytes());
+  const int64_t taken = owned + OtherUploadsOf(tenant, blob);
+  if (taken + blob.size_bytes() <= room.quota_bytes) return absl::OkStatus();
+  return QuotaExceeded("bytes of blobs", room.quota_bytes);
 }
 
 absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> BlobStore::FindOrMakePartial(

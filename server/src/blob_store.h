@@ -32,10 +32,11 @@ class BlobStore;
 // Bytes that lie in several places.
 using BytePieces = std::vector<std::string_view>;
 
-// What a tenant owns, and how much it may; no quota if that is 0.
+// How much a tenant may own, no quota if that is 0, and how to ask what it owns beside the blob
+// that is to come. Asked while no upload can end, so that each counts as one under way or as owned.
 struct TenantRoom {
-  int64_t owned_bytes = 0;
   int64_t quota_bytes = 0;
+  std::function<absl::StatusOr<int64_t>()> owned_bytes;
 };
 
 // One stream that writes one blob. Thread-compatible, but for Digest, which may run beside Store:
@@ -57,8 +58,9 @@ class BlobUpload {
   absl::Status Write(int64_t offset, const void* data, size_t size);
 
   // After all is stored and hashed: checks size and digest and publishes the blob. INVALID_ARGUMENT
-  // DIGEST_MISMATCH drops it.
-  absl::Status Finish();
+  // DIGEST_MISMATCH drops it. `grant` is called once the blob is there: until it has returned the
+  // upload counts as under way.
+  absl::Status Finish(const std::function<absl::Status()>& grant = nullptr);
 
  private:
   friend class BlobStore;
@@ -125,6 +127,8 @@ class BlobStore {
   // Bytes of complete blobs, and of uploads that are not complete.
   int64_t total_bytes() const;
   int64_t uploading_bytes() const;
+  // Whether the budget has room for so many bytes more.
+  bool HasBudgetFor(int64_t more_bytes) const;
   // What the disk has left for this server.
   absl::StatusOr<int64_t> FreeDiskBytes() const;
 
@@ -141,6 +145,9 @@ class BlobStore {
   absl::Status CheckUploadCount(const std::string& tenant) const;
   // Under the lock: bytes that a tenant's uploads of other blobs take or will take.
   int64_t OtherUploadsOf(const std::string& tenant, const amhex::v1::BlobRef& blob) const;
+  // Under the lock: QUOTA_EXCEEDED where all that is the tenant's leaves no room for the blob.
+  absl::Status CheckTenantRoom(const std::string& tenant, const amhex::v1::BlobRef& blob,
+                               const TenantRoom& room) const;
   std::string UploadPath(const std::string& key) const;
   absl::Status Publish(const std::string& from, const std::string& sha256, int64_t size);
   absl::StatusOr<std::shared_ptr<BlobUpload::Partial>> FindOrMakePartial(
@@ -156,8 +163,8 @@ class BlobStore {
   const Limits limits_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<BlobUpload::Partial>> partials_;  // by key
-  std::set<std::string> publishing_;  // digests of blobs on their way into the store
-  int64_t total_bytes_ = 0;
+  std::set<std::string> publishing_;     // digests of blobs on their way into the store
+  std::atomic<int64_t> total_bytes_{0};  // changed under the lock
   std::atomic<int64_t> uploading_bytes_{0};
   int32_t active_uploads_ = 0;
   std::map<std::string, int32_t> active_uploads_of_;  // by tenant, those that have any

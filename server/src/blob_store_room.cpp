@@ -22,17 +22,17 @@ absl::Time LastTouched(const fs::path& path) {
 
 }  // namespace
 
-int64_t BlobStore::total_bytes() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return total_bytes_;
-}
+int64_t BlobStore::total_bytes() const { return total_bytes_; }
 
 int64_t BlobStore::uploading_bytes() const { return uploading_bytes_; }
 
+bool BlobStore::HasBudgetFor(int64_t more_bytes) const {
+  const int64_t budget = limits_.max_blob_store_bytes;
+  return budget <= 0 || total_bytes() + uploading_bytes() + more_bytes <= budget;
+}
+
 absl::Status BlobStore::CheckRoom(int64_t more_bytes) const {
-  if (limits_.max_blob_store_bytes <= 0) return absl::OkStatus();
-  const int64_t stored = total_bytes() + uploading_bytes();
-  if (stored + more_bytes <= limits_.max_blob_store_bytes) return absl::OkStatus();
+  if (HasBudgetFor(more_bytes)) return absl::OkStatus();
   return MakeError(absl::StatusCode::kResourceExhausted, amhex::v1::STORAGE_FULL,
                    "the blob store is at its limit of " +
                        std::to_string(limits_.max_blob_store_bytes) + " bytes");

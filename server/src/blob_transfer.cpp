@@ -22,7 +22,12 @@ absl::Status BlobReceiver::Store(int64_t offset, const BytePieces& pieces) {
   size_t size = 0;
   for (const std::string_view piece : pieces) size += piece.size();
   if (size == 0) return absl::OkStatus();
-  AMHEX_RETURN_IF_ERROR(upload_->Store(offset, pieces));
+  absl::Status stored = upload_->Store(offset, pieces);
+  const bool is_full = ReasonOf(stored) == "STORAGE_FULL";
+  if (is_full && manager_->MakeRoomForInput(static_cast<int64_t>(size))) {
+    stored = upload_->Store(offset, pieces);
+  }
+  AMHEX_RETURN_IF_ERROR(stored);
   manager_->metrics().BlobBytes("in").Increment(static_cast<double>(size));
   return absl::OkStatus();
 }

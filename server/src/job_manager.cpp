@@ -167,6 +167,7 @@ absl::StatusOr<Job> JobManager::Submit(const Caller& caller,
                                        const amhex::v1::SubmitJobRequest& request,
                                        const Admission& admission) {
   AMHEX_RETURN_IF_ERROR(CheckDraining());
+  MakeRoomForInput(static_cast<int64_t>(request.inline_input().size()));
   SubmittedJob submitted;
   {
     std::lock_guard<std::mutex> lock(admission_mutex_);

@@ -138,6 +138,10 @@ class JobManager {
   // Ends an upload and makes the blob the caller's.
   absl::Status FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
                             BlobUpload* upload);
+  // Where the byte budget has no room for so many bytes: removes what has long not been used and,
+  // if that does not do, the oldest results, as the next housekeeping would. True if they fit then,
+  // false also if it is not the budget that is short.
+  bool MakeRoomForInput(int64_t bytes);
   absl::StatusOr<UniqueFd> OpenBlob(const Caller& caller, const std::string& sha256);
   // The size of a blob that the caller has, which is kept for another while; else nothing.
   absl::StatusOr<std::optional<int64_t>> SizeOfBlob(const Caller& caller,
@@ -261,6 +265,9 @@ class JobManager {
   // Held from the check that a blob exists until the job that needs it is stored, and while an
   // unused blob is collected.
   std::mutex admission_mutex_;
+
+  std::mutex input_room_mutex_;
+  absl::Time next_input_room_ = absl::InfinitePast();  // of MonotonicNow
 
   // Held while memory is set aside: from the look at what is free to the entry in attempts_.
   std::mutex claim_mutex_;

@@ -62,24 +62,30 @@ absl::StatusOr<JobManager::UploadState> JobManager::FindUpload(const Caller& cal
 
 absl::StatusOr<std::unique_ptr<BlobUpload>> JobManager::StartUpload(
     const Caller& caller, const amhex::v1::BlobRef& blob) {
-  TenantRoom room{0, caller.tenant.max_blob_bytes};
-  if (room.quota_bytes > 0) {
-    AMHEX_ASSIGN_OR_RETURN(room.owned_bytes, store_->OwnedBytes(caller.tenant.name));
-    AMHEX_ASSIGN_OR_RETURN(const bool is_owned,
-                           store_->OwnsBlob(caller.tenant.name, blob.sha256()));
-    if (is_owned) room.owned_bytes -= std::min(room.owned_bytes, blob.size_bytes());
-  }
-  return blobs_->StartUpload(caller.tenant.name, blob, room);
+  const std::string& tenant = caller.tenant.name;
+  const auto owned_beside = [&]() -> absl::StatusOr<int64_t> {
+    AMHEX_ASSIGN_OR_RETURN(const int64_t owned, store_->OwnedBytes(tenant));
+    AMHEX_ASSIGN_OR_RETURN(const bool is_owned, store_->OwnsBlob(tenant, blob.sha256()));
+    return is_owned ? std::max<int64_t>(owned - blob.size_bytes(), 0) : owned;
+  };
+  const auto start = [&] {
+    return blobs_->StartUpload(tenant, blob, {caller.tenant.max_blob_bytes, owned_beside});
+  };
+  auto upload = start();
+  if (ReasonOf(upload.status()) != "STORAGE_FULL") return upload;
+  const int64_t missing = blob.size_bytes() - blobs_->UploadedSize(tenant, blob.sha256());
+  return MakeRoomForInput(missing) ? start() : std::move(upload);
 }
 
 absl::Status JobManager::FinishUpload(const Caller& caller, const amhex::v1::BlobRef& blob,
                                       BlobUpload* upload) {
-  AMHEX_RETURN_IF_ERROR(upload->Finish());
-  absl::Status granted = store_->GrantBlob(caller.tenant.name, blob, absl::Now());
-  if (!absl::IsFailedPrecondition(granted)) return granted;
-  // It was there before, unused, and another node has just collected it.
-  return MakeError(absl::StatusCode::kAborted, amhex::v1::UPLOAD_SUPERSEDED,
-                   "the blob was removed while it was completed; upload it again");
+  return upload->Finish([&] {
+    absl::Status granted = store_->GrantBlob(caller.tenant.name, blob, absl::Now());
+    if (!absl::IsFailedPrecondition(granted)) return granted;
+    // It was there before, unused, and another node has just collected it.
+    return MakeError(absl::StatusCode::kAborted, amhex::v1::UPLOAD_SUPERSEDED,
+                     "the blob was removed while it was completed; upload it again");
+  });
 }
 
 absl::StatusOr<UniqueFd> JobManager::OpenBlob(const Caller& caller, const std::string& sha256) {
@@ -144,6 +150,7 @@ void JobManager::OwnRefusedInput(const Caller& caller, const amhex::v1::SubmitJo
 
 absl::StatusOr<AdmittedInput> JobManager::AdmitInputOfEstimate(
     const Caller& caller, const amhex::v1::SubmitJobRequest& request) {
+  MakeRoomForInput(static_cast<int64_t>(request.inline_input().size()));
   std::lock_guard<std::mutex> lock(admission_mutex_);
   AMHEX_ASSIGN_OR_RETURN(AdmittedInput input, AdmitInput(caller, request));
   OwnRefusedInput(caller, request, input);

@@ -19,6 +19,9 @@ using amhex::v1::Job;
 constexpr absl::Duration kTick = absl::Milliseconds(50);
 constexpr absl::Duration kQueueInterval = absl::Seconds(1);
 constexpr absl::Duration kGarbageInterval = absl::Minutes(1);
+// Looking for what may go reads every blob's name; inputs that find no room may come by the
+// thousand.
+constexpr absl::Duration kInputRoomInterval = absl::Seconds(1);
 // Frames of a job that does not run are kept this long for readers that reconnect.
 constexpr absl::Duration kFinalFeedAge = absl::Minutes(2);
 
@@ -204,6 +207,17 @@ void JobManager::MakeRoom(absl::Time now, int64_t wanted_bytes) {
     freed += CollectUnused(before);
   }
   LogInfo("room_made", {{"bytes", freed}, {"taken", taken()}});
+}
+
+bool JobManager::MakeRoomForInput(int64_t bytes) {
+  if (blobs_->HasBudgetFor(bytes)) return false;
+  std::lock_guard<std::mutex> lock(input_room_mutex_);
+  // One of those that waited here may have made room for all of them.
+  if (MonotonicNow() >= next_input_room_) {
+    MakeRoom(absl::Now(), bytes);
+    next_input_room_ = MonotonicNow() + kInputRoomInterval;
+  }
+  return blobs_->HasBudgetFor(bytes);
 }
 
 void JobManager::CollectGarbage(int64_t wanted_bytes) {

@@ -24,6 +24,7 @@
 #include "convert.h"
 #include "grpc_job_relay.h"
 #include "job_manager.h"
+#include "latest_shown.h"
 #include "logging.h"
 #include "meshing_service.h"
 #include "status_macros.h"
@@ -158,6 +159,13 @@ std::string WithPort(const std::string& address, int port) {
 
 }  // namespace
 
+// Which services are SERVING.
+struct Health {
+  bool mesher = false;
+  bool worker = false;
+  bool blobs = false;
+};
+
 struct Server::Parts {
   ServerOptions options;
   TemporaryFolder temporary;
@@ -173,7 +181,8 @@ struct Server::Parts {
   std::unique_ptr<prometheus::Exposer> exposer;
   std::vector<std::string> addresses;
   std::string metrics_address;
-  std::mutex health_mutex;
+  LatestShown<Health> health{[this] { return LookAtHealth(); },
+                             [this](const Health& state) { ShowHealth(state); }};
   std::mutex stop_mutex;
   std::condition_variable hurry;
   std::atomic<bool> stopping{false};
@@ -183,7 +192,8 @@ struct Server::Parts {
   absl::Status OpenStores();
   absl::Status StartGrpc();
   absl::Status StartMetrics();
-  void ShowHealth();
+  Health LookAtHealth() const;
+  void ShowHealth(const Health& state) const;
   // Waits, unless somebody is in a hurry.
   void WaitForBalancers();
 };
@@ -263,7 +273,7 @@ absl::Status Server::Parts::StartGrpc() {
     }
     addresses.push_back(WithPort(options.listen[i], ports[i]));
   }
-  ShowHealth();
+  health.Refresh();
   return absl::OkStatus();
 }
 
@@ -279,16 +289,17 @@ absl::Status Server::Parts::StartMetrics() {
   return absl::OkStatus();
 }
 
-// "" tells that the process lives, also while it drains; the others whether they are of use. What
-// is shown is looked up under the lock: whoever shows last shows what is true.
-void Server::Parts::ShowHealth() {
-  std::lock_guard<std::mutex> showing(health_mutex);
-  const int ready_count = pool->ready_count();
-  auto* health = grpc_server->GetHealthCheckService();
-  const bool ready = ready_count > 0 && !stopping;
-  health->SetServingStatus(kMesherService, ready);
-  health->SetServingStatus(kWorkerService, ready_count > 0);
-  health->SetServingStatus(kBlobsService, !stopping);
+Health Server::Parts::LookAtHealth() const {
+  const bool has_worker = pool->ready_count() > 0;
+  return {has_worker && !stopping, has_worker, !stopping};
+}
+
+// "" tells that the process lives, also while it drains; the others whether they are of use.
+void Server::Parts::ShowHealth(const Health& state) const {
+  auto* service = grpc_server->GetHealthCheckService();
+  service->SetServingStatus(kMesherService, state.mesher);
+  service->SetServingStatus(kWorkerService, state.worker);
+  service->SetServingStatus(kBlobsService, state.blobs);
 }
 
 void Server::Parts::WaitForBalancers() {
@@ -307,7 +318,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Create(const ServerOptions& opti
   AMHEX_RETURN_IF_ERROR(server->parts_->OpenStores());
   AMHEX_RETURN_IF_ERROR(server->parts_->StartMetrics());
   AMHEX_RETURN_IF_ERROR(server->parts_->StartGrpc());
-  server->parts_->pool->Start([raw = server->parts_.get()] { raw->ShowHealth(); });
+  server->parts_->pool->Start([raw = server->parts_.get()] { raw->health.Refresh(); });
   for (const std::string& address : server->addresses()) {
     LogInfo("serving", {{"address", address}, {"version", kServerVersion}});
   }
@@ -339,7 +350,7 @@ void Server::Stop(absl::Time deadline) {
     return;
   }
   LogInfo("draining", {{"seconds", absl::ToDoubleSeconds(deadline - absl::Now())}});
-  parts_->ShowHealth();
+  parts_->health.Refresh();
   if (deadline > absl::Now()) parts_->WaitForBalancers();
   parts_->manager->StartDraining();
   parts_->pool->Stop(deadline);

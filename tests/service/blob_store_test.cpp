@@ -146,7 +146,7 @@ TEST_F(BlobStoreTest, UploadThatIsTakenUpAgainIsNotCollectedHoweverLongItHasRest
 }
 
 TEST_F(BlobStoreTest, UploadsOfATenantCountAgainstItsQuotaBeforeTheyAreComplete) {
-  const TenantRoom room{10, 10 + 2 * blob_.size_bytes() + 5};
+  const TenantRoom room{10 + 2 * blob_.size_bytes() + 5, [] { return 10; }};
   const auto other = RefOf(text_ + "!");
   const auto start = [&](const std::string& tenant, const amhex::v1::BlobRef& blob) {
     return store_->StartUpload(tenant, blob, room);
@@ -163,6 +163,27 @@ TEST_F(BlobStoreTest, UploadsOfATenantCountAgainstItsQuotaBeforeTheyAreComplete)
   EXPECT_TRUE(start(kTenant, RefOf("five b")).ok());
   EXPECT_EQ(ReasonOf(start(kTenant, RefOf("thirteen byte")).status()), "QUOTA_EXCEEDED");
   EXPECT_TRUE(start(kTenant, blob_).ok());  // its own bytes do not stand in its way
+}
+
+TEST_F(BlobStoreTest, UploadThatEndsCountsAgainstTheQuotaAtEveryMoment) {
+  int64_t owned = 0;
+  const TenantRoom room{blob_.size_bytes() + 1, [&] { return owned; }};
+  const auto start_other = [&] {
+    return store_->StartUpload(kTenant, RefOf("other"), room).status();
+  };
+  auto upload = store_->StartUpload(kTenant, blob_, room);
+  ASSERT_TRUE(upload.ok()) << upload.status();
+  ASSERT_TRUE((*upload)->Write(0, text_.data(), text_.size()).ok());
+  const auto grant = [&] {
+    EXPECT_EQ(Content(blob_.sha256()), text_);  // is there already, and not yet the tenant's
+    EXPECT_EQ(ReasonOf(start_other()), "QUOTA_EXCEEDED");
+    owned = blob_.size_bytes();
+    return absl::OkStatus();
+  };
+  ASSERT_TRUE((*upload)->Finish(grant).ok());
+  EXPECT_EQ(ReasonOf(start_other()), "QUOTA_EXCEEDED");
+  owned = 0;
+  EXPECT_TRUE(start_other().ok());  // nothing else stood in its way
 }
 
 TEST_F(BlobStoreTest, StreamsThatSentNothingLeaveNoFile) {

@@ -316,7 +316,6 @@ TEST_F(JobManagerTest, EstimateComesFromAWorkerOfItsOwn) {
 
 TEST_F(JobManagerTest, OldestResultsGoWhenTheByteBudgetIsNearlySpent) {
   options_.limits.max_blob_store_bytes = 1900;
-  options_.scarce_blob_age = absl::ZeroDuration();
   Start();
   const std::string padding(399, 'x');
   std::string first;
@@ -328,9 +327,60 @@ TEST_F(JobManagerTest, OldestResultsGoWhenTheByteBudgetIsNearlySpent) {
   const auto request = ScriptRequest("succeed 2" + padding + ";");
   EXPECT_EQ(ReasonOf(manager_->Submit(Everyone(), request).status()), "STORAGE_FULL");
   Stop(absl::ZeroDuration());
+  options_.scarce_blob_age = absl::ZeroDuration();
   Start();  // collects at once
   EXPECT_TRUE(Eventually([&] { return !manager_->Get(Everyone(), first).ok(); }));
   EXPECT_TRUE(Eventually([&] { return manager_->Submit(Everyone(), request).ok(); }));
+}
+
+TEST_F(JobManagerTest, InputThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
+  options_.limits.max_blob_store_bytes = 1900;
+  options_.scarce_blob_age = absl::ZeroDuration();
+  Start();
+  const std::string padding(399, 'x');
+  const std::string first = Submit("succeed 0" + padding + ";");
+  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
+  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
+  EXPECT_EQ(Finished(Submit("succeed 2" + padding + ";")).state(), Job::SUCCEEDED);
+  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first).status()));
+}
+
+TEST_F(JobManagerTest, UploadThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
+  options_.limits.max_blob_store_bytes = 1900;
+  options_.scarce_blob_age = absl::ZeroDuration();
+  Start();
+  const std::string padding(399, 'x');
+  const std::string first = Submit("succeed 0" + padding + ";");
+  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
+  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
+  const std::string bytes(600, 'y');
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(Sha256Hex(bytes));
+  blob.set_size_bytes(static_cast<int64_t>(bytes.size()));
+  auto upload = manager_->StartUpload(Everyone(), blob);
+  ASSERT_TRUE(upload.ok()) << upload.status();
+  ASSERT_TRUE((*upload)->Write(0, bytes.data(), bytes.size()).ok());
+  EXPECT_TRUE(manager_->FinishUpload(Everyone(), blob, upload->get()).ok());
+  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first).status()));
+}
+
+// Else whoever may upload could have all that others have thrown away, without a byte sent.
+TEST_F(JobManagerTest, RoomIsMadeForNothingThatIsBeyondTheTenantsQuota) {
+  options_.limits.max_blob_store_bytes = 1900;
+  options_.scarce_blob_age = absl::ZeroDuration();
+  Start();
+  const std::string padding(399, 'x');
+  const std::string first = Submit("succeed 0" + padding + ";");
+  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
+  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
+  Caller greedy = Everyone();
+  greedy.tenant.name = "greedy";
+  greedy.tenant.max_blob_bytes = 500;
+  amhex::v1::BlobRef blob;
+  blob.set_sha256(Sha256Hex("whatever"));
+  blob.set_size_bytes(1000);
+  EXPECT_EQ(ReasonOf(manager_->StartUpload(greedy, blob).status()), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(manager_->Get(Everyone(), first).ok());
 }
 
 TEST_F(JobManagerTest, ResultThatFindsNoRoomGetsThatOfOlderOnes) {

@@ -195,6 +195,7 @@ TEST(SqliteJobStore, DamagedQueueIsAnErrorAndNotAnEmptyQueue) {
 }
 
 // What a week leaves behind: jobs that succeeded, and what their tenant owns.
+constexpr int kManyOldJobCount = 50'000;
 constexpr char kManyOldJobs[] = R"sql(
 WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 50000)
 INSERT INTO job(id, tenant, request_hash, cache_key, state, queue_key, memory_bytes, spec, outcome,
@@ -244,6 +245,33 @@ TEST(SqliteJobStore, CallsCostNoMoreWhereManyJobsAreRemembered) {
   cost();
   // Far from what noise does, and from the dozens that a single such statement costs.
   EXPECT_LT(cost(), 4 * with_few);
+}
+
+// The oldest of all is looked for; pages on the way to it are empty, and none looks at all jobs.
+TEST(SqliteJobStore, RareLabelBehindManyJobsIsFoundPageByPage) {
+  TemporaryFolder folder;
+  std::unique_ptr<JobStore> store = *SqliteJobStore::Open(folder / "jobs.db");
+  NewJob red;
+  red.id = "red";
+  red.job.set_name(JobName(red.id));
+  (*red.job.mutable_labels())["colour"] = "red";
+  ASSERT_TRUE(store->Submit(red, kManyJobs, absl::FromUnixSeconds(1)).ok());
+  store.reset();
+  ASSERT_TRUE((*SqliteDatabase::Open(folder / "jobs.db"))->Execute(kManyOldJobs).ok());
+  store = *SqliteJobStore::Open(folder / "jobs.db");
+  JobQuery query;
+  query.page_size = 1;
+  query.labels = {{"colour", "red"}};
+  int pages = 0;
+  JobPage page;
+  do {
+    page = *store->List(query);
+    query.before_number = page.next_before_number;
+    ++pages;
+  } while (page.jobs.empty() && query.before_number != 0);
+  EXPECT_EQ(pages, kManyOldJobCount / kMaxListRows + 1);
+  ASSERT_EQ(page.jobs.size(), 1U);
+  EXPECT_EQ(page.jobs[0].labels().at("colour"), "red");
 }
 
 // A row with nothing but what a page looks at.
