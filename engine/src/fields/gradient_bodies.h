@@ -5,6 +5,7 @@
 
 #include "base/array_view.h"
 #include "base/platform.h"
+#include "base/sine_of_turns.h"
 #include "fields/gradient_task.h"
 #include "fields/ordered_total.h"
 #include "fields/sum_blocks.h"
@@ -147,6 +148,30 @@ struct InvertDiagonalBody {
     for (int unknown = 0; unknown < Operator::kUnknowns; ++unknown) {
       inverse_diagonal[Operator::Place(node, unknown)] = 1.0F / matrix.Diagonal(node, unknown);
     }
+  }
+};
+
+// The turns of a PhaseOperator along the edges ahead, and how many edges there are. One element per
+// node.
+struct TurnEdgesBody {
+  NodeLinks links;
+  ArrayView<const float> increments;  // [node][d][axis]
+  ArrayView<float> turns;             // likewise, cosine and sine
+  ArrayView<uint8_t> edge_count;
+  AMHEX_HD void operator()(int64_t node) const {
+    int edges = 0;
+    for (int d = 0; d < 3; ++d) {
+      if (links.Behind(node, d) >= 0) ++edges;
+      const bool is_edge = links.Ahead(node, d) >= 0;
+      if (is_edge) ++edges;
+      for (int a = 0; a < 3; ++a) {
+        const int64_t at = PhaseOperator::Turn(node, d, a);
+        const CosineAndSine turn = is_edge ? OfTurns(increments[at / 2]) : CosineAndSine();
+        turns[at] = static_cast<float>(turn.cosine);
+        turns[at + 1] = static_cast<float>(turn.sine);
+      }
+    }
+    edge_count[node] = static_cast<uint8_t>(edges);
   }
 };
 

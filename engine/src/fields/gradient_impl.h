@@ -38,8 +38,9 @@ class GradientSolve {
     sum += task.node_count * Operator::kScratch * static_cast<int64_t>(sizeof(float));
     sum += kSumLanes * NodeSumBlocks(task.node_count) * static_cast<int64_t>(sizeof(double));
     if (task.course != nullptr) {
-      // Hull targets and weights.
+      // Hull targets and weights, and turns; what those are made of is gone before the first solve.
       sum += (task.unknown_count() + 3 * task.node_count) * static_cast<int64_t>(sizeof(float));
+      sum += task.node_count * (kTurns * static_cast<int64_t>(sizeof(float)) + 1);
     }
     const Operator& matrix = std::get<Operator>(task.matrix);
     const bool has_links = task.links != nullptr && *task.links != nullptr;
@@ -49,10 +50,10 @@ class GradientSolve {
 
   // False if it was stopped.
   bool Run() {
-    Upload();
     if (task_.course != nullptr) {
       TakeCourse(*task_.course);
     } else {
+      Upload();
       right_side_ = Uploaded(executor_, task_.right_side.data, unknowns_);
       AllocateVectors();
       SetDiagonal();
@@ -123,7 +124,7 @@ class GradientSolve {
 
   void TakeCourse(const PhaseCourse& course) {
     if constexpr (std::is_same_v<Operator, PhaseOperator>) {
-      SpreadWishes(course.hull);
+      MeetDemands(course.demands);
       AllocateVectors();
       SetDiagonal();
       Solve(course.first);
@@ -137,13 +138,20 @@ class GradientSolve {
     }
   }
 
-  // The targets are the right side of the plain solve.
-  void SpreadWishes(const HullWishes& host) {
+  // Makes the matrix; the hull's targets are the right side of the plain solve.
+  void MeetDemands(const PhaseDemands& host) {
     UploadedArrays<E> arrays(executor_);
-    hull_weight_ = Zeros(3 * task_.node_count), right_side_ = Zeros(unknowns_);
+    const PhaseDemands demands = arrays.Upload(host);
+    Upload();
+    turns_ = executor_.template Alloc<float>(kTurns * task_.node_count);
+    edge_count_ = executor_.template Alloc<uint8_t>(task_.node_count);
     executor_.ForEach(
-        "spread the hull's wishes", host.nodes.size,
-        SpreadWishesBody{arrays.Upload(host), hull_weight_.View(), right_side_.View()});
+        "turn edges", task_.node_count,
+        TurnEdgesBody{matrix_.links, demands.increments, turns_.View(), edge_count_.View()});
+    hull_weight_ = Zeros(3 * task_.node_count), right_side_ = Zeros(unknowns_);
+    executor_.ForEach("spread the hull's wishes", demands.hull.nodes.size,
+                      SpreadWishesBody{demands.hull, hull_weight_.View(), right_side_.View()});
+    matrix_.turns = ReadOnly(turns_.View()), matrix_.edge_count = ReadOnly(edge_count_.View());
     matrix_.hull_weight = ReadOnly(hull_weight_.View());
   }
 
@@ -231,7 +239,10 @@ class GradientSolve {
   UploadedArrays<E> arrays_;  // of the matrix
   Operator matrix_;
   Array<float> inverse_diagonal_, right_side_, x_, residual_, direction_, product_, scratch_;
-  Array<float> hull_weight_;  // of a course
+  // Of a course.
+  static constexpr int64_t kTurns = 18;  // numbers per node
+  Array<float> turns_, hull_weight_;
+  Array<uint8_t> edge_count_;
   Array<double> partial_, numbers_;
   Array<int64_t> counts_;
 };

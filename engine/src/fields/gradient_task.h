@@ -31,11 +31,22 @@ struct HullWishes {
   }
 };
 
+// What the turns of a PhaseOperator and the hull's part of it are made of.
+struct PhaseDemands {
+  ArrayView<const float> increments;  // [node_count][d][axis] of the lattice form
+  HullWishes hull;
+
+  template <class Visit>
+  void VisitArrays(const Visit& visit) {
+    visit(increments), hull.VisitArrays(visit);
+  }
+};
+
 // All solves of one phase field: a plain one from zero, after which weak phases are seeded
 // (phase_seeds.h), then rounds, each from where the last one ended and pulled towards the unit
-// numbers in its direction. Right sides and diagonals follow from that.
+// numbers in its direction. Turns, right sides and diagonals follow from that.
 struct PhaseCourse {
-  HullWishes hull;
+  PhaseDemands demands;
   SolveLimits first;                            // of the plain solve
   std::vector<float> pulls;                     // by round
   std::function<void(int32_t round)> on_round;  // may be empty; called before each
@@ -47,7 +58,7 @@ struct GradientTask {
   ResidentSlot* links = nullptr;  // of the matrix; null: made for this task
   CellCentres cells;  // of a PhaseOperator: links that stay find neighbours there; or empty
   int64_t node_count = 0;
-  // Of a PhaseOperator, whose hull weights and pull follow from this. Or:
+  // Of a PhaseOperator, of which all but the links follows from this. Or:
   const PhaseCourse* course = nullptr;
   ArrayView<const float> right_side;  // [unknown_count]
   std::vector<float>* x = nullptr;    // out: [unknown_count]; as it was unless it was done

@@ -4,10 +4,12 @@
 #include <numbers>
 
 #include "base/arc_tangent.h"
+#include "base/sine_of_turns.h"
 #include "base/stop_poll.h"
 #include "cuda/device_use.h"
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
+#include "fields/gradient_bodies.h"
 #include "fields/gradient_task.h"
 #include "fields/node_links.h"
 #include "fields/phase_seeds.h"
@@ -23,35 +25,83 @@ constexpr int kProjectionRounds = 3;
 constexpr PhaseLanes kMinusImaginary = {1, -1, 1, -1, 1, -1, 1, -1};
 constexpr PhaseLanes kMinusReal = {-1, 1, -1, 1, -1, 1, -1, 1};
 
+template <class T>
+ArrayView<const T> ViewOf(const std::vector<T>& values) {
+  return {values.data(), static_cast<int64_t>(values.size())};
+}
+
+// Owns what the solves are made of, but for the form's increments.
+struct OwnedDemands {
+  const Increments& increments;
+  std::vector<int32_t> nodes;
+  std::vector<float> weights, targets;
+  PhaseDemands View() const {
+    return {{&increments.data()->data()->x, 9 * static_cast<int64_t>(increments.size())},
+            {ViewOf(nodes), ViewOf(weights), ViewOf(targets)}};
+  }
+};
+
+// "Centres half a cell below the hull", of the k-th node that is next to it.
+void SetWishes(const BackgroundGrid& grid, const LatticeForm& form, double weight, int32_t k,
+               OwnedDemands* demands) {
+  const int32_t i = demands->nodes[k];
+  const AxisFrame frame = ToFrame(form.frames[i]);
+  for (const HullConstraint& c : grid.fine().constraints[k]) {
+    const NearestAxis nearest = FindNearestAxis(frame, c.normal);
+    if (nearest.cosine <= kAlignedCosine) continue;
+    const double size = form.sizes[i][nearest.axis];
+    // Way along the axis from the node to the layer of centres below the hull.
+    const double way = nearest.sign * (Dot(c.normal, c.point - grid.Position(i)) - size / 2);
+    const CosineAndSine target = OfTurns(-way / size);
+    const int u = 3 * k + nearest.axis;
+    demands->weights[u] += static_cast<float>(weight);
+    demands->targets[2 * u] += static_cast<float>(weight * target.cosine);
+    demands->targets[2 * u + 1] += static_cast<float>(weight * target.sine);
+  }
+}
+
+OwnedDemands FindDemands(const BackgroundGrid& grid, const LatticeForm& form, double weight,
+                         const RunContext& run) {
+  const size_t at_hull = grid.fine().constraints.size();
+  OwnedDemands demands{form.increments, std::vector<int32_t>(at_hull),
+                       std::vector<float>(3 * at_hull, 0.0F),
+                       std::vector<float>(6 * at_hull, 0.0F)};
+  ForEach(run, grid.count(), [&](int64_t i) {
+    const int32_t k = grid.fine().constraint_of_node[i];
+    if (k < 0) return;
+    demands.nodes[k] = static_cast<int32_t>(i);
+    SetWishes(grid, form, weight, k, &demands);
+  });
+  return demands;
+}
+
 // Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
 // Energy: sum over edges |psi_i e^{2 pi i increment} - psi_j|^2 (conjugated where the axes oppose)
 // plus hull weight |psi - target|^2 plus pull |psi|^2.
 class PhaseSystem {
  public:
-  PhaseSystem(const BackgroundGrid& grid, const ForwardCodes& codes, const LatticeForm& form,
-              double hull_weight, const RunContext& run)
-      : level_(grid.fine()), codes_(codes), run_(run) {
-    const int64_t count = level_.count();
-    turns_.resize(count + 1);  // the last is read beyond its end
-    neighbours_.resize(count);
-    edge_count_.resize(count);
-    hull_weight_.assign(3 * count, 0.0F);
-    hull_target_.assign(6 * count, 0.0F);
-    ForEach(run, count, [&](int64_t i) {
-      for (int d = 0; d < 3; ++d) {
-        neighbours_[i][d] = level_.neighbours[i][d];
-        neighbours_[i][3 + d] = level_.neighbours[i][Opposite(d)];
-      }
-      SetTurns(form, i);
-      SetHullTargets(grid, form, hull_weight, i);
-    });
+  PhaseSystem(const NodeLinks& links, const PhaseDemands& demands, const RunContext& run)
+      : links_(links), count_(links.codes.size / 3), run_(run) {
+    turns_.resize(kTurns * (count_ + 1));  // the last is read beyond its end
+    edge_count_.resize(count_);
+    hull_weight_.assign(3 * count_, 0.0F);
+    hull_target_.assign(6 * count_, 0.0F);
+    ForEach(run, count_,
+            TurnEdgesBody{links,
+                          demands.increments,
+                          {turns_.data(), kTurns * count_},
+                          {edge_count_.data(), count_}});
+    ForEach(
+        run, demands.hull.nodes.size,
+        SpreadWishesBody{
+            demands.hull, {hull_weight_.data(), 3 * count_}, {hull_target_.data(), 6 * count_}});
   }
 
   void SetPull(float pull) { pull_ = pull; }
 
   std::vector<float> InverseDiagonal() const {
-    std::vector<float> inverse(6 * level_.count());
-    ForEach(run_, level_.count(), [&](int64_t i) {
+    std::vector<float> inverse(6 * count_);
+    ForEach(run_, count_, [&](int64_t i) {
       for (int a = 0; a < 3; ++a) {
         const float value =
             1.0F / (static_cast<float>(edge_count_[i]) + hull_weight_[3 * i + a] + pull_);
@@ -64,16 +114,15 @@ class PhaseSystem {
   // For the nodes from `begin` to `end`.
   void Apply(int64_t begin, int64_t end, const float* from, float* to) const {
     ForEachInLanes(begin, end, [&](int64_t i) {
-      const std::array<int32_t, 6>& neighbours = neighbours_[i];
       const AxisLanes weight =
           static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
       PhaseLanes sum = __builtin_shufflevector(weight, weight, 0, 0, 1, 1, 2, 2, 3, 3) *
                        LoadPhases(from + 6 * i);
       for (int d = 0; d < 3; ++d) {
-        if (const int64_t j = neighbours[d]; j >= 0) {
+        if (const int64_t j = links_.Ahead(i, d); j >= 0) {
           sum -= FromForward(LoadPhases(from + 6 * j), i, d);
         }
-        if (const int64_t j = neighbours[3 + d]; j >= 0) {
+        if (const int64_t j = links_.Behind(i, d); j >= 0) {
           sum -= FromBackward(LoadPhases(from + 6 * j), j, d);
         }
       }
@@ -81,80 +130,24 @@ class PhaseSystem {
     });
   }
 
-  // What a device makes the hull's weights and targets of.
-  struct OwnedWishes {
-    std::vector<int32_t> nodes;
-    std::vector<float> weights, targets;
-    HullWishes View() const {
-      const auto count = static_cast<int64_t>(nodes.size());
-      return {{nodes.data(), count}, {weights.data(), 3 * count}, {targets.data(), 6 * count}};
-    }
-  };
-  OwnedWishes Wishes() const {
-    OwnedWishes wishes;
-    for (int64_t i = 0; i < level_.count(); ++i) {
-      if (level_.ConstraintsOf(i) == nullptr) continue;
-      wishes.nodes.push_back(static_cast<int32_t>(i));
-      wishes.weights.insert(wishes.weights.end(), &hull_weight_[3 * i], &hull_weight_[3 * i] + 3);
-      wishes.targets.insert(wishes.targets.end(), &hull_target_[6 * i], &hull_target_[6 * i] + 6);
-    }
-    return wishes;
-  }
-
-  // The same for a device, on this system's arrays.
-  PhaseOperator Matrix(const NodeLinks& links) const {
-    return {links,
-            {&turns_.data()->data()->data()->cosine, 18 * level_.count()},
-            {edge_count_.data(), level_.count()},
-            {hull_weight_.data(), 3 * level_.count()},
-            pull_};
+  // The same one node at a time, on this system's arrays.
+  PhaseOperator Matrix() const {
+    return {
+        links_, {turns_.data(), kTurns * count_}, ViewOf(edge_count_), ViewOf(hull_weight_), pull_};
   }
 
   // Hull targets, plus the pull towards the unit numbers in the direction of x.
   std::vector<float> RightSide(const std::vector<float>& x) const {
-    const int64_t count = 6 * level_.count();
+    const int64_t count = 6 * count_;
     std::vector<float> rhs(count);
     ForEach(run_, count / 2,
             PullBody{{hull_target_.data(), count}, {x.data(), count}, pull_, {rhs.data(), count}});
     return rhs;
   }
   const std::vector<float>& hull_target() const { return hull_target_; }
-  OwnedLinks Links() const { return OwnedLinks(level_, codes_, run_); }
 
  private:
-  void SetTurns(const LatticeForm& form, int64_t i) {
-    int edges = 0;
-    for (int d = 0; d < 3; ++d) {
-      if (level_.neighbours[i][Opposite(d)] >= 0) ++edges;
-      if (level_.neighbours[i][d] < 0) continue;
-      ++edges;
-      for (int a = 0; a < 3; ++a) {
-        const double angle = kFullTurn * form.increments[i][d][a];
-        turns_[i][d][a] = {static_cast<float>(std::cos(angle)),
-                           static_cast<float>(std::sin(angle))};
-      }
-    }
-    edge_count_[i] = static_cast<uint8_t>(edges);
-  }
-
-  void SetHullTargets(const BackgroundGrid& grid, const LatticeForm& form, double weight,
-                      int64_t i) {
-    const HullConstraints* constraints = level_.ConstraintsOf(i);
-    if (constraints == nullptr) return;
-    const AxisFrame frame = ToFrame(form.frames[i]);
-    for (const HullConstraint& c : *constraints) {
-      const NearestAxis nearest = FindNearestAxis(frame, c.normal);
-      if (nearest.cosine <= kAlignedCosine) continue;
-      const double size = form.sizes[i][nearest.axis];
-      // Way along the axis from the node to the layer of centres below the hull.
-      const double way = nearest.sign * (Dot(c.normal, c.point - grid.Position(i)) - size / 2);
-      const double angle = -kFullTurn * way / size;
-      const int64_t u = 3 * i + nearest.axis;
-      hull_weight_[u] += static_cast<float>(weight);
-      hull_target_[2 * u] += static_cast<float>(weight * std::cos(angle));
-      hull_target_[2 * u + 1] += static_cast<float>(weight * std::sin(angle));
-    }
-  }
+  static constexpr int64_t kTurns = 18;  // numbers per node
 
   // psi times e^{i turn}, or e^{-i turn} with the opposite signs.
   AMHEX_LANES_INLINE static PhaseLanes Turned(const PhaseLanes& psi, const float* turns,
@@ -168,30 +161,32 @@ class PhaseSystem {
 
   // Neighbour i + d, seen from i: e^{-i turn} times psi_j, conjugated where the axes oppose.
   AMHEX_LANES_INLINE PhaseLanes FromForward(const PhaseLanes& psi_j, int64_t i, int d) const {
-    const float* turns = &turns_[i][d][0].cosine;
-    if (codes_[i][d] == 0) return Turned(psi_j, turns, kMinusImaginary);
-    const LaneRotation& rotation = rotations_[codes_[i][d]];
+    const float* turns = TurnsAlong(i, d);
+    const uint8_t code = links_.codes[3 * i + d];
+    if (code == 0) return Turned(psi_j, turns, kMinusImaginary);
+    const LaneRotation& rotation = rotations_[code];
     return Turned(rotation.conjugation * Shuffled(psi_j, rotation.phase_source), turns,
                   kMinusImaginary);
   }
 
   // Neighbour j = i - d, whose axis a turns into axis rotation.source[a] of i.
   AMHEX_LANES_INLINE PhaseLanes FromBackward(const PhaseLanes& psi_j, int64_t j, int d) const {
-    const PhaseLanes turned = Turned(psi_j, &turns_[j][d][0].cosine, kMinusReal);
-    if (codes_[j][d] == 0) return turned;
-    const LaneRotation& rotation = rotations_[codes_[j][d]];
+    const PhaseLanes turned = Turned(psi_j, TurnsAlong(j, d), kMinusReal);
+    const uint8_t code = links_.codes[3 * j + d];
+    if (code == 0) return turned;
+    const LaneRotation& rotation = rotations_[code];
     return Shuffled(rotation.conjugation * turned, rotation.phase_inverse);
   }
 
-  struct Turn {
-    float cosine = 1, sine = 0;
-  };
-  const GridLevel& level_;
-  const ForwardCodes& codes_;
+  AMHEX_LANES_INLINE const float* TurnsAlong(int64_t i, int d) const {
+    return turns_.data() + PhaseOperator::Turn(i, d, 0);
+  }
+
+  const NodeLinks links_;
+  const int64_t count_;
   const RunContext& run_;
   const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
-  std::vector<std::array<int32_t, 6>> neighbours_;         // along +x +y +z -x -y -z, -1 = none
-  std::vector<std::array<std::array<Turn, 3>, 3>> turns_;  // [node][d][axis], and room for a load
+  std::vector<float> turns_;  // [node][d][axis] cosine, sine; and room for a load
   std::vector<uint8_t> edge_count_;
   std::vector<float> hull_weight_;  // [3 * node + axis]
   std::vector<float> hull_target_;  // weight times target
@@ -212,20 +207,19 @@ std::vector<float> Pulls(const PhaseSettings& settings) {
 
 class PhaseSolver {
  public:
-  PhaseSolver(PhaseSystem& phases, const CellCentres& cells, const PhaseSettings& settings,
+  PhaseSolver(const CellCentres& cells, const NodeLinks& links, const PhaseSettings& settings,
               const RunContext& run)
-      : phases_(phases), cells_(cells), settings_(settings), run_(run), links_(phases.Links()) {}
+      : cells_(cells), links_(links), settings_(settings), run_(run) {}
 
   // All of `course`, where the settings say.
   absl::Status Solve(const PhaseCourse& course, std::vector<float>* x) {
     const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-      const absl::Status status = SolveOnCpu(course, x);
+      PhaseSystem phases(links_, course.demands, run_);
+      const absl::Status status = SolveOnCpu(course, phases, x);
       return status.ok() ? absl::StatusOr<bool>(true) : status;
     };
     GradientTask task;
-    PhaseOperator matrix = phases_.Matrix(links_.View());
-    matrix.hull_weight = {};
-    task.matrix = matrix;
+    task.matrix = PhaseOperator{links_, {}, {}, {}, kRegularization};
     if (settings_.links != nullptr) task.links = &settings_.links->of_nodes;
     task.cells = cells_;
     task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
@@ -238,41 +232,40 @@ class PhaseSolver {
   }
 
  private:
-  absl::Status SolveOnCpu(const PhaseCourse& course, std::vector<float>* x) {
-    absl::Status status = Improve(phases_.hull_target(), course.first, x);
+  absl::Status SolveOnCpu(const PhaseCourse& course, PhaseSystem& phases, std::vector<float>* x) {
+    absl::Status status = Improve(phases, phases.hull_target(), course.first, x);
     if (!status.ok()) return status;
     try {
-      SeedWeakPhases(phases_.Matrix(links_.View()), StopPoll(run_), x);
+      SeedWeakPhases(phases.Matrix(), StopPoll(run_), x);
     } catch (const RunStopped&) {
       return run_.CheckStop();
     }
     int32_t round = 0;
     for (const float pull : course.pulls) {
       course.on_round(round++);
-      phases_.SetPull(pull);
-      status = Improve(phases_.RightSide(*x),
+      phases.SetPull(pull);
+      status = Improve(phases, phases.RightSide(*x),
                        {settings_.round_iterations, settings_.round_tolerance}, x);
       if (!status.ok()) return status;
     }
     return absl::OkStatus();
   }
 
-  absl::Status Improve(const std::vector<float>& rhs, const SolveLimits& limits,
-                       std::vector<float>* x) const {
+  absl::Status Improve(const PhaseSystem& phases, const std::vector<float>& rhs,
+                       const SolveLimits& limits, std::vector<float>* x) const {
     LinearSystem system;
     system.unknowns = PhaseOperator::kUnknowns;
-    system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* from,
-                          float* product) { phases_.Apply(begin, end, from, product); };
-    system.inverse_diagonal = [this] { return phases_.InverseDiagonal(); };
+    system.apply = [&phases](int /*pass*/, int64_t begin, int64_t end, const float* from,
+                             float* product) { phases.Apply(begin, end, from, product); };
+    system.inverse_diagonal = [&phases] { return phases.InverseDiagonal(); };
     return SolveConjugateGradient(system, rhs, {limits.max_iterations, limits.tolerance}, run_, x)
         .status();
   }
 
-  PhaseSystem& phases_;
   const CellCentres cells_;
+  const NodeLinks links_;
   const PhaseSettings& settings_;
   const RunContext& run_;
-  const OwnedLinks links_;
 };
 
 // Onto the layer of cell centres that is nearest along each aligned hull normal.
@@ -298,16 +291,16 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const PhaseSettings& settings,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
-  PhaseSystem phases(grid, codes, form, settings.hull_weight, run);
+  const OwnedLinks links(grid.fine(), codes, run);
+  const OwnedDemands demands = FindDemands(grid, form, settings.hull_weight, run);
   std::vector<float> x(6 * grid.count(), 0.0F);
-  const PhaseSystem::OwnedWishes wishes =
-      settings.device != nullptr ? phases.Wishes() : PhaseSystem::OwnedWishes();
   const PhaseCourse course{
-      wishes.View(),
+      demands.View(),
       {settings.first_iterations, settings.first_tolerance},
       Pulls(settings),
       [&](int32_t round) { slice.Report((round + 1.0) / (settings.rounds + 2.0)); }};
-  if (absl::Status status = PhaseSolver(phases, grid.Cells(), settings, run).Solve(course, &x);
+  if (absl::Status status =
+          PhaseSolver(grid.Cells(), links.View(), settings, run).Solve(course, &x);
       !status.ok()) {
     return status;
   }
