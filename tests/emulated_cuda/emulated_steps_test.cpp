@@ -357,7 +357,10 @@ TEST_F(EmulatedSteps, TakesAsMuchMemoryForMatchingAsEstimatedAndGivesItBackWhenS
   auto device = DeviceUse::Choose(Backend::kCuda);
   ASSERT_TRUE(device.ok()) << device.status();
   RunContext run;
-  const auto match = [&] { return MergeCubes(cubes, {}, run, &*device).status(); };
+  const auto match = [&] {
+    const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({10, 10, 10}, 2));
+    return MergeCubes(cubes, {}, run, &*device, hull.queries.get()).status();
+  };
   controls().capacity = 1;
   const double estimate = Announced(match());
   device_->Restart();

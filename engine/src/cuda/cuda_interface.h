@@ -11,7 +11,6 @@
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
 #include "fields/wall_question.h"
-#include "geometry/hull_face_question.h"
 #include "geometry/match_task.h"
 #include "input/hull_batch.h"
 #include "input/hull_tree_task.h"
@@ -43,10 +42,9 @@ using CudaTask =
                  HullBatch<SideOf<fields::CellCentres>>*, HullBatch<IsNear<fields::CellCentres>>*,
                  HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
                  HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
-                 HullBatch<HullFacesOf>*, HullBatch<fields::WallLoweringOf>*,
-                 HullBatch<IsSharpToCells>*, HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*,
-                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
-                 SearchPrimitivesTask*>;
+                 HullBatch<fields::WallLoweringOf>*, HullBatch<IsSharpToCells>*,
+                 HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*, SampleTask*, SweepTask*,
+                 MatchTask*, MeasureCellsTask*, CollectFacesTask*, SearchPrimitivesTask*>;
 
 extern "C" {
 

@@ -20,11 +20,6 @@ struct OpenCubes {
   ArrayView<const std::array<int32_t, 6>> matches;  // [cube_count]
 
   int64_t count() const { return cubes.centre.size; }
-  template <class Visit>
-  void VisitArrays(const Visit& visit) {
-    cubes.VisitArrays(visit);
-    visit(vertices), visit(corners), visit(matches);
-  }
 };
 
 // Bit d set: the face in direction d is open and lies on the hull.

@@ -5,13 +5,14 @@
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
 #include "cuda/device_use.h"
+#include "exec/cpu_executor.h"
 #include "geometry/close_cuts.h"
 #include "geometry/cubes.h"
 #include "geometry/face_matching.h"
-#include "geometry/hull_faces.h"
+#include "geometry/label_hull_impl.h"
 #include "geometry/match_task.h"
 #include "geometry/merge_sets.h"
-#include "input/ask_hull.h"
+#include "input/hull_queries.h"
 
 namespace amhex {
 namespace {
@@ -51,6 +52,21 @@ void CollectVertices(const MergeView& sets, const StopPoll& poll, MatchTask* tas
   task->vertices = std::move(vertices), task->corners = std::move(corners);
 }
 
+template <class T>
+ArrayView<T> ViewOf(std::vector<T>& values) {
+  return {values.data(), static_cast<int64_t>(values.size())};
+}
+
+void LabelOnCpu(const Cubes& cubes, const HullView& hull, MatchTask* task) {
+  task->hull_faces.resize(task->corners.size());
+  task->on_hull.resize(task->vertices.size());
+  CpuExecutor executor(task->should_stop);
+  LabelHull(executor, hull,
+            {cubes.view(), ReadOnly(ViewOf(task->vertices)), ReadOnly(ViewOf(task->corners)),
+             ReadOnly(ViewOf(task->matches))},
+            {ViewOf(task->hull_faces), ViewOf(task->on_hull)}, ViewOf(task->vertices));
+}
+
 absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const RunContext& run, MatchTask* task) {
   AMHEX_ASSIGN_OR_RETURN(const std::vector<FacePair> queue, CollectFacePairs(task->search, run));
   const MergeSets sets(cubes);
@@ -70,27 +86,32 @@ absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const RunContext& run, Match
 }  // namespace
 
 absl::StatusOr<MergedCubes> MergeCubes(const Cubes& cubes, const std::vector<FaceLink>& links,
-                                       RunContext& run, DeviceUse* device) {
+                                       RunContext& run, DeviceUse* device,
+                                       const HullQueries* hull) {
   Progress progress = run.progress();
   progress.site_count = cubes.count();
   progress.stage_fraction = 0;
   const FaceSearch search(cubes, links);
   MatchTask task;
   task.search = search.view();
+  if (hull != nullptr) task.hull = hull->view_if_here(), task.resident = &hull->resident();
   task.on_level = [&] {
     progress.stage_fraction += 1.0 / (kMatchPasses.size() * kMatchLevels.size());
     run.Report(progress);
   };
   task.should_stop = [&run] { return run.ShouldStop(); };
-  const auto on_cpu = [&] {
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     progress.stage_fraction = 0;
-    return MergeOnCpu(cubes, run, &task);
+    AMHEX_ASSIGN_OR_RETURN(const bool is_done, MergeOnCpu(cubes, run, &task));
+    if (hull != nullptr) LabelOnCpu(cubes, hull->view(), &task);
+    return is_done;
   };
   AMHEX_RETURN_IF_ERROR(RunWhereChosen(device, &task, on_cpu).status());
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   MergedCubes merged;
   merged.vertices = std::move(task.vertices), merged.corners = std::move(task.corners);
   merged.matches = std::move(task.matches);
+  merged.hull_faces = std::move(task.hull_faces), merged.on_hull = std::move(task.on_hull);
   return merged;
 }
 
@@ -98,9 +119,8 @@ absl::StatusOr<MergedCubes> MatchAndMerge(const Sites& sites, const Hull& hull,
                                           const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   const Cubes cubes = MaterializeCubes(sites);
-  AMHEX_ASSIGN_OR_RETURN(MergedCubes merged, MergeCubes(cubes, sites.links, run, &device));
-  AMHEX_RETURN_IF_ERROR(
-      LabelHullFaces(cubes, HullAsker(*hull.queries, &device, StopPoll(run)), &merged));
+  AMHEX_ASSIGN_OR_RETURN(MergedCubes merged,
+                         MergeCubes(cubes, sites.links, run, &device, hull.queries.get()));
   merged.device_notes = device.notes();
   return merged;
 }

@@ -14,11 +14,14 @@
 namespace amhex {
 
 class DeviceUse;
+class HullQueries;
 
-// Merges cubes without a look at the hull: vertices, corners and matches. On `device`, unless it is
-// null, with the same bits. Errors: the run's status, and those of RunOnCuda.
+// Merges cubes: vertices, corners and matches. Unless `hull` is null also tells which faces and
+// vertices are on it, and projects those vertices to it. On `device`, unless it is null, with the
+// same bits. Errors: the run's status, and those of RunOnCuda.
 absl::StatusOr<MergedCubes> MergeCubes(const Cubes& cubes, const std::vector<FaceLink>& links,
-                                       RunContext& run, DeviceUse* device = nullptr);
+                                       RunContext& run, DeviceUse* device = nullptr,
+                                       const HullQueries* hull = nullptr);
 
 // Merges the cubes of all sites into one complex of real vertices. Never collapses a diagonal of
 // a face or of a cube. O(n log n).

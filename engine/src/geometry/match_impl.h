@@ -2,6 +2,7 @@
 // one after the other would be, in rounds (glue_in_turn.h).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -13,7 +14,9 @@
 #include "geometry/close_cuts.h"
 #include "geometry/cut_search.h"
 #include "geometry/glue_in_turn.h"
+#include "geometry/label_hull_impl.h"
 #include "geometry/match_task.h"
+#include "input/hull_batch_impl.h"
 
 namespace amhex {
 
@@ -74,12 +77,17 @@ int64_t MatchBytes(const MatchTask& task) {
   constexpr int64_t kPerVirtual = 3 * sizeof(int32_t) + 2 * sizeof(Vec3d) + sizeof(uint64_t);
   const int64_t cubes = task.search.cubes.centre.size;
   const int64_t pairs = kPairsPerCube * cubes;
-  return UploadedArrays<E>::Bytes(task.search) + cubes * 6 * static_cast<int64_t>(sizeof(int32_t)) +
-         cubes * 8 * kPerVirtual + SortPairsBytes<E>(pairs);
+  const int64_t hull =
+      task.resident == nullptr ? 0 : ResidentHullBytes<E>(task.hull, *task.resident);
+  return hull + UploadedArrays<E>::Bytes(task.search) +
+         cubes * 6 * static_cast<int64_t>(sizeof(int32_t)) + cubes * 8 * kPerVirtual +
+         SortPairsBytes<E>(pairs);
 }
 
 template <class E>
 class MatchingOfCubes {
+  using FaceMatches = std::array<int32_t, 6>;
+
  public:
   MatchingOfCubes(E& executor, MatchTask& task)
       : executor_(executor),
@@ -91,14 +99,14 @@ class MatchingOfCubes {
         ring_next_(executor.template Alloc<int32_t>(8 * count_)),
         low_(executor.template Alloc<Vec3d>(8 * count_)),
         high_(executor.template Alloc<Vec3d>(8 * count_)),
-        matches_(executor.template Alloc<int32_t>(6 * count_)),
+        matches_(executor.template Alloc<FaceMatches>(count_)),
         reserved_(executor.template Alloc<uint64_t>(8 * count_)) {}
 
   // False if it was stopped.
   bool Run() {
     const CandidateSearch search = arrays_.Upload(task_.search);
-    sets_ = {search.cubes, parent_.View(), size_.View(),   ring_next_.View(),
-             low_.View(),  high_.View(),   matches_.View()};
+    sets_ = {search.cubes, parent_.View(), size_.View(),           ring_next_.View(),
+             low_.View(),  high_.View(),   Flat<int32_t>(matches_)};
     executor_.ForEach("start merge sets", 8 * count_, StartSetsBody{sets_});
     const Buffer<E, FacePair> pairs = SortedFully(
         executor_, ListItems(executor_, "find face candidates", count_, search), count_);
@@ -133,30 +141,63 @@ class MatchingOfCubes {
   bool CopyOut() {
     Buffer<E, int32_t> smallest = executor_.template Alloc<int32_t>(8 * count_);
     Buffer<E, int32_t> id = executor_.template Alloc<int32_t>(8 * count_ + 1);
-    Buffer<E, int32_t> corner = executor_.template Alloc<int32_t>(8 * count_);
+    Merged merged;
+    merged.corners = executor_.template Alloc<CellCorners>(count_);
     executor_.ForEach("find first members", 8 * count_, SmallestMemberBody{sets_, smallest.View()});
     executor_.ForEach("count vertices", 8 * count_ + 1,
                       CountVertexBody{ReadOnly(smallest.View()), id.View()});
     executor_.ExclusiveScan(id, 8 * count_ + 1);
     const int64_t vertex_count = LastElement(executor_, id);
     if (executor_.Stopped()) return false;
-    Buffer<E, Vec3d> vertices = executor_.template Alloc<Vec3d>(vertex_count);
+    merged.vertices = executor_.template Alloc<Vec3d>(vertex_count);
     executor_.ForEach("average vertices", 8 * count_,
                       PutVertexBody{sets_, ReadOnly(smallest.View()), ReadOnly(id.View()),
-                                    corner.View(), vertices.View()});
-    std::vector<Vec3d> host_vertices(static_cast<size_t>(vertex_count));
-    std::vector<CellCorners> corners(static_cast<size_t>(count_));
-    std::vector<std::array<int32_t, 6>> matches(static_cast<size_t>(count_));
-    executor_.CopyOutLater(vertices, vertex_count, host_vertices.data());
-    if (count_ > 0) {
-      executor_.CopyOutLater(corner, 8 * count_, corners.data()->data());
-      executor_.CopyOutLater(matches_, 6 * count_, matches.data()->data());
-    }
+                                    Flat<int32_t>(merged.corners), merged.vertices.View()});
+    if (task_.resident != nullptr) Label(merged);
+    return Download(merged);
+  }
+
+  // What comes of it.
+  struct Merged {
+    Buffer<E, Vec3d> vertices;
+    Buffer<E, CellCorners> corners;
+    Buffer<E, uint8_t> hull_faces, on_hull;
+  };
+
+  void Label(Merged& merged) {
+    merged.hull_faces = executor_.template Alloc<uint8_t>(count_);
+    merged.on_hull = executor_.template Alloc<uint8_t>(merged.vertices.size());
+    LabelHull(executor_, ResidentHull<E>(task_.hull, *task_.resident),
+              {sets_.cubes, ReadOnly(merged.vertices.View()), ReadOnly(merged.corners.View()),
+               ReadOnly(matches_.View())},
+              {merged.hull_faces.View(), merged.on_hull.View()}, merged.vertices.View());
+  }
+
+  bool Download(const Merged& merged) {
+    MatchTask done;
+    DownloadLater(merged.vertices, done.vertices);
+    DownloadLater(merged.corners, done.corners);
+    DownloadLater(matches_, done.matches);
+    DownloadLater(merged.hull_faces, done.hull_faces);
+    DownloadLater(merged.on_hull, done.on_hull);
     executor_.Synchronize();
     if (executor_.Stopped()) return false;
-    task_.vertices = std::move(host_vertices);
-    task_.corners = std::move(corners), task_.matches = std::move(matches);
+    task_.vertices = std::move(done.vertices);
+    task_.corners = std::move(done.corners), task_.matches = std::move(done.matches);
+    task_.hull_faces = std::move(done.hull_faces), task_.on_hull = std::move(done.on_hull);
     return true;
+  }
+  // The host has it once it has synchronized.
+  template <class T>
+  void DownloadLater(const Buffer<E, T>& buffer, std::vector<T>& host) {
+    host.resize(static_cast<size_t>(buffer.size()));
+    executor_.CopyOutLater(buffer, buffer.size(), host.data());
+  }
+  // Arrays of numbers, one number at a time.
+  template <class T, class Array>
+  static ArrayView<T> Flat(Buffer<E, Array>& buffer) {
+    constexpr int64_t kLength = sizeof(Array) / sizeof(T);
+    return {reinterpret_cast<T*>(buffer.View().data), kLength * buffer.size()};
   }
 
   E& executor_;
@@ -165,7 +206,7 @@ class MatchingOfCubes {
   int64_t count_;
   Buffer<E, int32_t> parent_, size_, ring_next_;
   Buffer<E, Vec3d> low_, high_;
-  Buffer<E, int32_t> matches_;
+  Buffer<E, FaceMatches> matches_;
   Buffer<E, uint64_t> reserved_;  // [virtual vertex] the first pair that wants a set, at its root
   MergeView sets_;
 };

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "amhex/volume_mesh.h"
+#include "exec/resident_slot.h"
 #include "geometry/face_candidates.h"
+#include "input/hull_view.h"
 
 namespace amhex {
 
@@ -24,11 +26,16 @@ inline constexpr std::array<Collapse, 2> kMatchPasses = {Collapse::kForbidden,
 // Views are on host arrays that outlive the task.
 struct MatchTask {
   CandidateSearch search;
+  // Whose faces are to be labelled, and the slot of its copy; without one none are.
+  HullView hull;
+  ResidentSlot* resident = nullptr;
   // Out, as they were unless it was done: real vertices, numbered by their first virtual vertex,
   // and per cube its vertices and the faces that its own are glued to (FaceMatches).
   std::vector<Vec3d> vertices;
   std::vector<CellCorners> corners;
   std::vector<std::array<int32_t, 6>> matches;
+  // Likewise, as in merged_cubes.h: which faces and vertices are on the hull.
+  std::vector<uint8_t> hull_faces, on_hull;
   std::function<void()> on_level;     // called after each; may be empty
   std::function<bool()> should_stop;  // may be empty
 };

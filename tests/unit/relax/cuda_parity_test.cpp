@@ -18,7 +18,6 @@
 #include "fields/field_sites.h"
 #include "fields/orientation_field.h"
 #include "fixtures/solids.h"
-#include "geometry/hull_faces.h"
 #include "geometry/match_and_merge.h"
 #include "input/ask_hull.h"
 #include "input/site_grid.h"
@@ -230,7 +229,7 @@ TEST(CudaParityOfMatching, MergesTheSameFacesAsTheCpu) {
   }
 }
 
-// Cubes that fill a box, all but turned away from each other, and a few that are merged.
+// Cubes that fill a box, some of them turned away from its sides.
 TEST(CudaParityOfMatching, LabelsTheSameHullFacesAsTheCpu) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
@@ -240,20 +239,16 @@ TEST(CudaParityOfMatching, LabelsTheSameHullFacesAsTheCpu) {
   for (Vec3d& p : sites.position) p += hull.box.low + Vec3d{0.3, 0.3, 0.3};
   const Cubes cubes = MaterializeCubes(sites);
   const auto labelled = [&](DeviceUse* where) {
-    MergedCubes merged;
-    for (int v = 0; v < 8 * cubes.count(); ++v) {
-      merged.vertices.push_back(cubes.VirtualVertex(v));
-      if (v % 8 == 0) merged.corners.emplace_back();
-      merged.corners.back()[v % 8] = v;
-    }
-    merged.matches.assign(sites.position.size(), {-1, -1, -1, -1, -1, -1});
-    for (size_t i = 0; i < merged.matches.size(); i += 7) merged.matches[i][i % 6] = 0;
-    const absl::Status status = LabelHullFaces(cubes, {*hull.queries, where, StopPoll()}, &merged);
-    EXPECT_TRUE(status.ok()) << status;
-    return std::make_tuple(merged.hull_faces, merged.on_hull, merged.vertices);
+    RunContext run;
+    const auto merged = MergeCubes(cubes, sites.links, run, where, hull.queries.get());
+    EXPECT_TRUE(merged.ok()) << merged.status();
+    return std::make_tuple(merged->hull_faces, merged->on_hull, merged->vertices);
   };
   const auto here = labelled(nullptr);
-  EXPECT_GT(std::set<uint8_t>(std::get<0>(here).begin(), std::get<0>(here).end()).size(), 3U);
+  const auto& [faces, on_hull, vertices] = here;
+  EXPECT_GT(std::set<uint8_t>(faces.begin(), faces.end()).size(), 3U);
+  EXPECT_EQ(on_hull.size(), vertices.size());
+  EXPECT_GT(std::count(on_hull.begin(), on_hull.end(), 1), 6 * kSide);
   EXPECT_TRUE(here == labelled(&*device));
 }
 
