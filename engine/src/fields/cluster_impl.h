@@ -12,6 +12,7 @@
 #include "exec/counted_list.h"
 #include "exec/executor.h"
 #include "exec/resident_arrays.h"
+#include "exec/sorted_items.h"
 #include "exec/uploaded_arrays.h"
 #include "fields/cluster_task.h"
 #include "fields/point_rows_impl.h"
@@ -97,6 +98,26 @@ struct ChosenSearch {
   }
 };
 
+// The sites of clusters as those who vote for their faces see them.
+struct PutSiteBody {
+  ArrayView<const Quaternion> frames;  // of nodes
+  ArrayView<const ClusterSite> sites;
+  ArrayView<Vec3d> position;
+  ArrayView<AxisFrame> frame;
+  AMHEX_HD void operator()(int64_t s) const {
+    position[s] = sites[s].centre;
+    frame[s] = ToFrame(frames[sites[s].node]);
+  }
+};
+
+// Key of votes for sorting.
+struct VotedFaceKey {
+  bool is_of_a = false;
+  AMHEX_HD uint32_t operator()(const VotedFaces& faces) const {
+    return is_of_a ? faces.face_a : faces.face_b;
+  }
+};
+
 template <class E>
 class SiteClustering {
  public:
@@ -109,29 +130,40 @@ class SiteClustering {
     constexpr int64_t kPairs = 2 * (sizeof(uint32_t) + sizeof(int32_t));
     constexpr int64_t kOfNode = sizeof(float) + sizeof(int32_t);  // mass, and the heavy ones
     constexpr int64_t kOfRank = sizeof(int32_t) * 2 + sizeof(Vec3d) + sizeof(ChoiceState);
+    const int64_t clusters =
+        RowsBytes(count, task.rows) + E::SortBytes(count) +
+        Larger(count * (kPairs + kOfNode), count * kOfRank + ChooseInTurnBytes(count));
+    // Votes before and after a sort, and what it takes.
+    constexpr int64_t kOfVote = 2 * sizeof(VotedFaces) + kPairs;
+    const int64_t votes = count * 2 * static_cast<int64_t>(sizeof(int32_t)) +
+                          kVotesPerNode * count * kOfVote + E::SortBytes(kVotesPerNode * count);
     return ResidentHullBytes<E>(task.hull, *task.resident) +
            UploadedArrays<E>::Bytes(task.lattice) + BytesOfViewsThere<E>(task.nodes) +
-           RowsBytes(count, task.rows) + E::SortBytes(count) +
-           Larger(count * (kPairs + kOfNode), count * kOfRank + ChooseInTurnBytes(count));
+           Larger(clusters, votes);
   }
 
   // False if it was stopped.
   bool Run() {
     hull_ = ResidentHull<E>(task_.hull, *task_.resident);
     places_ = ViewsThere(arrays_, task_.nodes);
-    const LatticeView lattice = arrays_.Upload(task_.lattice);
-    rows_ = BuildRows(executor_, task_.rows, lattice.positions);
-    clusters_ = {lattice, rows_.View()};
-    const Buffer<E, int32_t> by_rank = RankNodes();
-    if (executor_.Stopped()) return false;
-    return Choose(by_rank);
+    lattice_ = arrays_.Upload(task_.lattice);
+    rotations_ = Uploaded(executor_, task_.rotations.data, task_.rotations.size);
+    const Buffer<E, ClusterSite> sites = FindClusters();
+    const Buffer<E, VotedFaces> voted = Vote(sites);
+    return CopyOut(sites, voted);
   }
 
  private:
-  Buffer<E, int32_t> RankNodes() {
+  Buffer<E, ClusterSite> FindClusters() {
+    BuiltRows<E> rows = BuildRows(executor_, task_.rows, lattice_.positions);
+    const ClusterView clusters{lattice_, rows.View()};
+    return Choose(clusters, RankNodes(clusters));
+  }
+
+  Buffer<E, int32_t> RankNodes(const ClusterView& clusters) {
     const int64_t count = task_.nodes.count();
     Buffer<E, float> mass = executor_.template Alloc<float>(count);
-    executor_.ForEach("take the mass of nodes", count, MassBody{clusters_, mass.View()});
+    executor_.ForEach("take the mass of nodes", count, MassBody{clusters, mass.View()});
     const Buffer<E, int32_t> heavy = ListItems(
         executor_, "list heavy nodes", count, HeavySearch{ReadOnly(mass.View()), task_.least_mass});
     KeyedIds<E> pairs{executor_.template Alloc<uint32_t>(heavy.size()),
@@ -145,7 +177,7 @@ class SiteClustering {
     return std::move(sorted.id);
   }
 
-  bool Choose(const Buffer<E, int32_t>& by_rank) {
+  Buffer<E, ClusterSite> Choose(const ClusterView& clusters, const Buffer<E, int32_t>& by_rank) {
     const int64_t count = by_rank.size();
     Buffer<E, int32_t> rank = executor_.template Alloc<int32_t>(task_.nodes.count());
     Buffer<E, Vec3d> centre = executor_.template Alloc<Vec3d>(count);
@@ -153,28 +185,57 @@ class SiteClustering {
     const RankedNodes ranked{by_rank.View(), rank.View(), centre.View(), state.View()};
     executor_.ForEach("no node has a rank", rank.size(), NoRankBody{rank.View()});
     executor_.ForEach("find centres of clusters", count,
-                      RankBody{clusters_, hull_, places_, ranked});
-    ChooseInTurn(executor_, ClusterClaims{clusters_, ranked}, state.View());
-    return CopyOut(ranked);
+                      RankBody{clusters, hull_, places_, ranked});
+    ChooseInTurn(executor_, ClusterClaims{clusters, ranked}, state.View());
+    return ListItems(executor_, "list clusters", count, ChosenSearch{ranked});
   }
 
-  bool CopyOut(const RankedNodes& ranked) {
-    const Buffer<E, ClusterSite> chosen =
-        ListItems(executor_, "list clusters", ranked.node.size, ChosenSearch{ranked});
-    std::vector<ClusterSite> sites(static_cast<size_t>(chosen.size()));
-    executor_.CopyOut(chosen, chosen.size(), sites.data());
+  Buffer<E, VotedFaces> Vote(const Buffer<E, ClusterSite>& sites) {
+    const int64_t nodes = task_.nodes.count();
+    Buffer<E, Vec3d> position = executor_.template Alloc<Vec3d>(sites.size());
+    Buffer<E, AxisFrame> frame = executor_.template Alloc<AxisFrame>(sites.size());
+    Buffer<E, int32_t> nearest = executor_.template Alloc<int32_t>(nodes);
+    executor_.ForEach("put sites", sites.size(),
+                      PutSiteBody{lattice_.frames, sites.View(), position.View(), frame.View()});
+    BuiltRows<E> rows = BuildRows(executor_, task_.site_rows, ReadOnly(position.View()));
+    executor_.ForEach(
+        "find the nearest sites", nodes,
+        NearestSiteBody{lattice_, rows.View(), ReadOnly(position.View()), nearest.View()});
+    const LatticeSteps steps{lattice_, places_, ReadOnly(rotations_.View())};
+    const VoteSearch search{steps, {}, ReadOnly(frame.View()), ReadOnly(nearest.View())};
+    return Counted(ListItems(executor_, "vote for faces", nodes, search), sites.size());
+  }
+
+  Buffer<E, VotedFaces> Counted(Buffer<E, VotedFaces> votes, int64_t site_count) {
+    const auto largest =
+        static_cast<uint32_t>(Larger(kDirectionCount * site_count - 1, int64_t{0}));
+    votes = SortedBy<E>(executor_, votes, VotedFaceKey{false}, largest);
+    votes = SortedBy<E>(executor_, votes, VotedFaceKey{true}, largest);
+    return ListItems(executor_, "count votes", votes.size(),
+                     CountVotesSearch{ReadOnly(votes.View())});
+  }
+
+  bool CopyOut(const Buffer<E, ClusterSite>& sites, const Buffer<E, VotedFaces>& voted) {
+    std::vector<ClusterSite> host_sites(static_cast<size_t>(sites.size()));
+    std::vector<VotedFaces> host_voted(static_cast<size_t>(voted.size()));
+    executor_.CopyOutLater(sites, sites.size(), host_sites.data());
+    executor_.CopyOutLater(voted, voted.size(), host_voted.data());
+    executor_.Synchronize();
     if (executor_.Stopped()) return false;
-    task_.sites = std::move(sites);
+    task_.sites = std::move(host_sites), task_.voted = std::move(host_voted);
     return true;
   }
+
+  // Of what memory is set aside for; half of the edges ahead lead to another site.
+  static constexpr int64_t kVotesPerNode = 4;
 
   E& executor_;
   ClusterTask& task_;
   UploadedArrays<E> arrays_;
   HullView hull_;
   CellCentres places_;
-  BuiltRows<E> rows_;
-  ClusterView clusters_;
+  LatticeView lattice_;
+  Buffer<E, AxisRotation> rotations_;
 };
 
 }  // namespace amhex::fields

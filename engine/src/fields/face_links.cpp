@@ -3,135 +3,101 @@
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <cmath>
-#include <tuple>
+#include <array>
+#include <cstdint>
 
 #include "fields/point_index.h"
-#include "fields/site_clusters.h"
 
 namespace amhex::fields {
 namespace {
 
-// A node belongs to the nearest site within this distance, in cells.
-constexpr double kClaimRadius = 0.45;
-constexpr int kMinVotes = 2;
 constexpr double kBinSize = 1.0;  // edge lengths
 
-std::vector<int32_t> NearestSites(const LatticeForm& form, const std::vector<Vec3d>& positions,
-                                  const Sites& sites, const RunContext& run) {
+template <class T>
+ArrayView<const T> ViewOf(const std::vector<T>& values) {
+  return {values.data(), static_cast<int64_t>(values.size())};
+}
+
+LatticeSteps StepsOf(const BackgroundGrid& grid, const LatticeForm& form,
+                     const std::vector<Vec3d>& positions) {
+  return {{ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)},
+          grid.Cells(),
+          {kAxisRotations.data(), kRotationCount}};
+}
+
+std::vector<int32_t> NearestSites(const LatticeView& lattice, const Sites& sites,
+                                  const RunContext& run) {
   const PointIndex index(sites.position, kBinSize);
-  std::vector<int32_t> nearest(positions.size(), -1);
-  ForEach(run, static_cast<int64_t>(positions.size()), [&](int64_t i) {
-    const AxisFrame frame = ToFrame(form.frames[i]);
-    const Vec3d& size = form.sizes[i];
-    double best = kClaimRadius;
-    const double reach = kClaimRadius * std::max({size.x, size.y, size.z});
-    index.VisitNear(positions[i], reach, [&](int32_t s) {
-      const double r = Norm(InCells(frame, size, sites.position[s] - positions[i]));
-      if (r < best || (r == best && s < nearest[i])) best = r, nearest[i] = s;
-    });
-  });
+  std::vector<int32_t> nearest(lattice.positions.size);
+  ForEach(
+      run, lattice.positions.size,
+      NearestSiteBody{
+          lattice, index.view(), ViewOf(sites.position), {nearest.data(), lattice.positions.size}});
   return nearest;
 }
 
-std::array<int32_t, 3> Rounded(const Vec3d& v) {
-  return {static_cast<int32_t>(std::lround(v.x)), static_cast<int32_t>(std::lround(v.y)),
-          static_cast<int32_t>(std::lround(v.z))};
-}
+// What the edges ahead of one node vote for.
+struct Ballot {
+  std::array<VotedFaces, kForwardCount> votes;
+  int count = 0;
+};
 
-// Number 0..5 of the site's direction (sites.h) nearest to `d`.
-uint8_t DirectionOf(const AxisFrame& frame, const Vec3d& d) {
-  const NearestAxis nearest = FindNearestAxis(frame, d);
-  return static_cast<uint8_t>(2 * nearest.axis + (nearest.sign > 0 ? 1 : 0));
-}
-
-// The face pair that the edge from node i to node j votes for; votes = 0 if none.
-FaceLink VoteOf(const BackgroundGrid& grid, const LatticeForm& form,
-                const std::vector<Vec3d>& positions, const Sites& sites,
-                const std::vector<int32_t>& site_of_node, int64_t i, int64_t j) {
-  const int32_t a = site_of_node[i], b = site_of_node[j];
-  if (a < 0 || b < 0 || a == b) return {};
-  const LatticeTransition step = TransitionBetween(grid, form, positions, i, j);
-  int axis = -1, length = 0;
-  for (int k = 0; k < 3; ++k) {
-    if (step.shift[k] != 0) axis = k, length += std::abs(step.shift[k]);
+std::vector<VotedFaces> CountVotes(std::vector<VotedFaces> votes) {
+  oneapi::tbb::parallel_sort(
+      votes.begin(), votes.end(), [](const VotedFaces& a, const VotedFaces& b) {
+        return a.face_a != b.face_a ? a.face_a < b.face_a : a.face_b < b.face_b;
+      });
+  std::vector<VotedFaces> counted;
+  const CountVotesSearch search{ViewOf(votes)};
+  for (int64_t i = 0; i < search.votes.size; ++i) {
+    search.VisitItems(i, [&counted](const VotedFaces& faces) { counted.push_back(faces); });
   }
-  if (length != 1) return {};
-  const double sign = step.shift[axis];
-  const Vec3d from_a = ToFrame(form.frames[i]).axis[axis] * sign;
-  // (R x)[axis] = sign * x[source]: the same axis as j names it.
-  const Vec3d from_b =
-      ToFrame(form.frames[j]).axis[step.rotation.source[axis]] * (-sign * step.rotation.sign[axis]);
-  const uint8_t direction_a = DirectionOf(sites.frame[a], from_a);
-  const uint8_t direction_b = DirectionOf(sites.frame[b], from_b);
-  return a < b ? FaceLink{a, b, direction_a, direction_b, 1}
-               : FaceLink{b, a, direction_b, direction_a, 1};
-}
-
-auto OrderOf(const FaceLink& l) {
-  return std::tuple(l.site_a, l.direction_a, l.site_b, l.direction_b);
-}
-
-std::vector<FaceLink> CountVotes(std::vector<FaceLink> votes) {
-  oneapi::tbb::parallel_sort(votes.begin(), votes.end(), [](const FaceLink& a, const FaceLink& b) {
-    return OrderOf(a) < OrderOf(b);
-  });
-  std::vector<FaceLink> links;
-  for (size_t first = 0; first < votes.size();) {
-    size_t last = first;
-    while (last < votes.size() && OrderOf(votes[last]) == OrderOf(votes[first])) ++last;
-    if (last - first >= kMinVotes) {
-      links.push_back(votes[first]);
-      links.back().votes = static_cast<int32_t>(last - first);
-    }
-    first = last;
-  }
-  return links;
+  return counted;
 }
 
 }  // namespace
 
 LatticeTransition TransitionBetween(const BackgroundGrid& grid, const LatticeForm& form,
                                     const std::vector<Vec3d>& positions, int64_t i, int64_t j) {
-  LatticeTransition step;
-  step.rotation = kAxisRotations[MatchCode(form.frames[i], form.frames[j])];
-  const AxisFrame frame_i = ToFrame(form.frames[i]), frame_j = ToFrame(form.frames[j]);
-  const Vec3d middle = (grid.Position(i) + grid.Position(j)) * 0.5;
-  // One lattice point near the middle of the edge, named in both lattices.
-  const auto in_i = Rounded(InCells(frame_i, form.sizes[i], middle - positions[i]));
-  Vec3d common = positions[i];
-  for (int a = 0; a < 3; ++a) common += frame_i.axis[a] * (in_i[a] * form.sizes[i][a]);
-  const auto in_j = Rounded(InCells(frame_j, form.sizes[j], common - positions[j]));
-  for (int a = 0; a < 3; ++a) {
-    step.shift[a] = in_i[a] - step.rotation.sign[a] * in_j[step.rotation.source[a]];
-  }
-  return step;
+  return StepsOf(grid, form, positions).Between(i, j);
 }
 
-std::vector<FaceLink> VoteFaceLinks(const BackgroundGrid& grid, const LatticeForm& form,
-                                    const std::vector<Vec3d>& positions, const Sites& sites,
-                                    const RunContext& run) {
-  const std::vector<int32_t> site_of_node = NearestSites(form, positions, sites, run);
+std::vector<FaceLink> LinksOf(const std::vector<VotedFaces>& voted) {
+  std::vector<FaceLink> links;
+  links.reserve(voted.size());
+  for (const VotedFaces& faces : voted) {
+    links.push_back({static_cast<int32_t>(faces.face_a / kDirectionCount),
+                     static_cast<int32_t>(faces.face_b / kDirectionCount),
+                     static_cast<uint8_t>(faces.face_a % kDirectionCount),
+                     static_cast<uint8_t>(faces.face_b % kDirectionCount), faces.votes});
+  }
+  return links;
+}
+
+std::vector<VotedFaces> VoteFaces(const BackgroundGrid& grid, const LatticeForm& form,
+                                  const std::vector<Vec3d>& positions, const Sites& sites,
+                                  const RunContext& run) {
+  const LatticeSteps steps = StepsOf(grid, form, positions);
+  const std::vector<int32_t> site_of_node = NearestSites(steps.lattice, sites, run);
+  const VoteSearch search{steps,
+                          {grid.fine().neighbours.data()->data(), kNeighbourCount * grid.count()},
+                          ViewOf(sites.frame),
+                          ViewOf(site_of_node)};
   // In slices, so that memory stays far below one vote per edge.
   constexpr int64_t kSlice = int64_t{1} << 20;
-  std::vector<std::array<FaceLink, kForwardCount>> ballot;
-  std::vector<FaceLink> votes;
+  std::vector<Ballot> ballots;
+  std::vector<VotedFaces> votes;
   for (int64_t begin = 0; begin < grid.count(); begin += kSlice) {
     const int64_t size = std::min(kSlice, grid.count() - begin);
-    ballot.assign(size, {});
+    ballots.assign(size, {});
     ForEach(run, size, [&](int64_t c) {
-      for (int k = 0; k < kForwardCount; ++k) {
-        const int32_t j = grid.fine().neighbours[begin + c][k];
-        if (j >= 0) {
-          ballot[c][k] = VoteOf(grid, form, positions, sites, site_of_node, begin + c, j);
-        }
-      }
+      search.VisitItems(begin + c, [&ballot = ballots[c]](const VotedFaces& vote) {
+        ballot.votes[ballot.count++] = vote;
+      });
     });
     if (run.ShouldStop()) return {};
-    for (const auto& node : ballot) {
-      for (const FaceLink& vote : node) {
-        if (vote.votes > 0) votes.push_back(vote);
-      }
+    for (const Ballot& node : ballots) {
+      votes.insert(votes.end(), node.votes.begin(), node.votes.begin() + node.count);
     }
   }
   return CountVotes(std::move(votes));

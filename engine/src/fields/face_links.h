@@ -5,24 +5,23 @@
 #include <vector>
 
 #include "fields/background_grid.h"
+#include "fields/face_votes.h"
 #include "fields/lattice_form.h"
 #include "relax/sites.h"
 
 namespace amhex::fields {
 
-// The lattice of neighbour j continues that of i as x_i = rotation x_j + shift (in cells).
-struct LatticeTransition {
-  AxisRotation rotation;
-  std::array<int32_t, 3> shift{};
-};
+// From node i to its neighbour j.
 LatticeTransition TransitionBetween(const BackgroundGrid& grid, const LatticeForm& form,
                                     const std::vector<Vec3d>& positions, int64_t i, int64_t j);
 
-// Pairs with at least two votes, sorted by (site_a, direction_a, site_b, direction_b), site_a being
-// the lower. O(nodes log nodes).
-std::vector<FaceLink> VoteFaceLinks(const BackgroundGrid& grid, const LatticeForm& form,
-                                    const std::vector<Vec3d>& positions, const Sites& sites,
-                                    const RunContext& run);
+// Pairs with at least two votes, sorted by their faces. O(nodes log nodes).
+std::vector<VotedFaces> VoteFaces(const BackgroundGrid& grid, const LatticeForm& form,
+                                  const std::vector<Vec3d>& positions, const Sites& sites,
+                                  const RunContext& run);
+
+// The same as they travel with the sites: sorted by (site_a, direction_a, site_b, direction_b).
+std::vector<FaceLink> LinksOf(const std::vector<VotedFaces>& voted);
 
 // Squares of the grid around which the lattice does not close. Few of both = few open faces later.
 struct FieldDefects {

@@ -11,7 +11,6 @@
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "fields/background_grid.h"
-#include "fields/face_links.h"
 #include "fields/lattice_form.h"
 #include "fields/link_copies.h"
 #include "fields/orientation_field.h"
@@ -181,7 +180,6 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved,
       SolvePhaseField(solved.grid, solved.codes, form, phase_settings, slice.Part(0, kPhaseDone)));
   AMHEX_ASSIGN_OR_RETURN(
       Sites sites, ClusterSites(asker, solved.grid, form, positions, slice.Part(kPhaseDone, 1)));
-  sites.links = VoteFaceLinks(solved.grid, form, positions, sites, run);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   return sites;
 }

@@ -10,6 +10,7 @@
 #include "base/stop_poll.h"
 #include "cuda/device_use.h"
 #include "fields/cluster_task.h"
+#include "fields/face_links.h"
 #include "fields/point_index.h"
 
 namespace amhex::fields {
@@ -19,6 +20,8 @@ template <class T>
 ArrayView<const T> ViewOf(const std::vector<T>& values) {
   return {values.data(), static_cast<int64_t>(values.size())};
 }
+
+constexpr double kSiteBinSize = 1.0;  // edge lengths
 
 struct HeavyNode {
   float mass;
@@ -96,37 +99,61 @@ absl::StatusOr<bool> ClusterOnCpu(const PointIndex& index, const ProgressSlice& 
   return true;
 }
 
+Sites SitesOf(const std::vector<ClusterSite>& clusters, const LatticeForm& form) {
+  Sites sites;
+  for (const ClusterSite& site : clusters) {
+    sites.position.push_back(site.centre);
+    sites.frame.push_back(ToFrame(form.frames[site.node]));
+    sites.size.push_back(form.sizes[site.node]);
+    sites.cell_volume.push_back(0);
+  }
+  return sites;
+}
+
+Box3d BoxOf(const std::vector<Vec3d>& points) {
+  Box3d box;
+  for (const Vec3d& p : points) box.Extend(p);
+  return box;
+}
+// Means of what is in the box may lie outside by rounding.
+Box3d Widened(const Box3d& box) {
+  constexpr Vec3d kRoom{0.5, 0.5, 0.5};
+  return {box.low - kRoom, box.high + kRoom};
+}
+
 }  // namespace
 
 absl::StatusOr<Sites> ClusterSites(const HullAsker& hull, const BackgroundGrid& grid,
                                    const LatticeForm& form, const std::vector<Vec3d>& positions,
                                    const ProgressSlice& slice) {
   constexpr double kFullMass = kNodesPerEdge * kNodesPerEdge * kNodesPerEdge;
+  const Box3d box = BoxOf(positions);
   ClusterTask task{{ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)},
-                   ShapeOfRows(positions, kClusterBinSize),
+                   ShapeOfRows(box, grid.count(), kClusterBinSize),
+                   ShapeOfRows(Widened(box), grid.count(), kSiteBinSize),
+                   {kAxisRotations.data(), kRotationCount},
                    grid.Cells(),
                    hull.queries().view_if_here(),
                    &hull.queries().resident(),
                    static_cast<float>(kMinMassShare * kFullMass),
                    {},
+                   {},
                    [&slice] { return slice.run().ShouldStop(); }};
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     task.hull = hull.queries().view();
     try {
-      return ClusterOnCpu(PointIndex(positions, kClusterBinSize), slice, task);
+      const absl::StatusOr<bool> done = ClusterOnCpu(PointIndex(positions, task.rows), slice, task);
+      if (!done.ok()) return done;
     } catch (const RunStopped&) {
       return slice.run().CheckStop();
     }
+    task.voted = VoteFaces(grid, form, positions, SitesOf(task.sites, form), slice.run());
+    return true;
   };
   AMHEX_RETURN_IF_ERROR(RunWhereChosen(hull.device(), &task, on_cpu).status());
   AMHEX_RETURN_IF_ERROR(slice.run().CheckStop());
-  Sites sites;
-  for (const ClusterSite& site : task.sites) {
-    sites.position.push_back(site.centre);
-    sites.frame.push_back(ToFrame(form.frames[site.node]));
-    sites.size.push_back(form.sizes[site.node]);
-    sites.cell_volume.push_back(0);
-  }
+  Sites sites = SitesOf(task.sites, form);
+  sites.links = LinksOf(task.voted);
   slice.Report(1.0);
   return sites;
 }
