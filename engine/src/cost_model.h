@@ -41,10 +41,11 @@ inline constexpr double ExpectedSeconds(const ExpectedWork& work) {
          kSecondsPerInputElement * static_cast<double>(work.input_elements);
 }
 
-// The largest of the fields' solves on a device, of the closed lattice form
-// (fields/gradient_impl.h), in bytes per node of the background grid: links 27, which numbers are
-// closed and follow the hull 3, six vectors of nine floats 216, curls 36.
-inline constexpr int64_t kDeviceBytesPerNode = 282;
+// The largest of the fields' solves on a device, of the phases (fields/phase_impl.h), in bytes per
+// node of the background grid: six vectors of six floats 144, turns 72, the hull's wishes 36, edges
+// 1; and of what stays there meanwhile (fields/lattice_task.h): cells 8, links 27, frames and sizes
+// 56, closed increments 36.
+inline constexpr int64_t kDeviceBytesPerNode = 380;
 // Nodes of the background grid, half an edge length apart.
 inline constexpr int64_t kNodesPerCell = 8;
 

@@ -8,12 +8,15 @@
 #include <vector>
 
 #include "amhex/mesher.h"
+#include "cuda/cuda_library.h"
 #include "cuda/device_use.h"
 #include "emulated_cuda/emulated_cuda_fixture.h"
+#include "fields/lattice_task.h"
+#include "fields/node_links.h"
+#include "fields/owned_hull_nodes.h"
 #include "fields/phase_field.h"
-#include "fields/site_clusters.h"
 #include "fixtures/solids.h"
-#include "input/ask_hull.h"
+#include "input/hull_queries.h"
 #include "unit/fields/field_fixtures.h"
 
 namespace amhex {
@@ -31,6 +34,35 @@ class EmulatedFields : public EmulatedDeviceTest {
     use_.emplace(*std::move(device));
   }
 
+  // The sites of the solved form, with copies that end with this but for the hull's and the cells'.
+  absl::Status FindSites(const fields::PhaseSettings& settings) {
+    using namespace fields;  // NOLINT: all that follows is from there
+    const SolvedFields& s = solved_;
+    const OwnedLinks links(s.grid.fine(), s.codes, s.run);
+    const OwnedHullNodes at_hull(s.grid.fine());
+    const HullQueries queries(s.hull.vertices, s.hull.triangles);
+    ResidentSlot links_there, expected_there, closed_there;
+    LatticeTask task;
+    task.nodes = s.grid.Cells();
+    task.links = links.View(), task.links_there = &links_there;
+    task.rotations = {kAxisRotations.data(), kRotationCount};
+    task.expected = {{s.frames.data(), s.grid.count()},
+                     {s.sizes.data(), s.grid.count()},
+                     s.grid.spacing,
+                     &expected_there};
+    task.at_hull = at_hull.View();
+    task.closed = {{&s.form.increments.data()->data()->x, kIncrements * s.grid.count()},
+                   &closed_there};
+    task.course = CourseOf(settings, slice_);
+    task.hull = queries.view(), task.resident = &queries.resident();
+    task.should_stop = [&s] { return s.run.ShouldStop(); };
+    const absl::StatusOr<bool> done = RunOnCuda(&task);
+    if (!done.ok()) return done.status();
+    if (!*done) return s.run.CheckStop();
+    EXPECT_GT(task.sites.size(), 20U);
+    return absl::OkStatus();
+  }
+
   fields::SolvedFields solved_{fixtures::MakeSphere(2, 0.5)};
   fields::ProgressSlice slice_{solved_.run, 0, 1};
   std::optional<DeviceUse> use_;
@@ -46,25 +78,16 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
   LatticeSettings lattice;
   PhaseSettings phase;
   phase.rounds = 1;
-  size.device = lattice.device = phase.device = &*use_;
+  size.device = lattice.device = &*use_;
   const SolvedFields& s = solved_;
-  const auto solved_positions = SolvePhaseField(s.grid, s.codes, s.form, phase, slice_);
-  ASSERT_TRUE(solved_positions.ok());
-  const std::vector<Vec3d>& positions = *solved_positions;
   const auto forget_cells = [&s] { s.grid.cells_there.reset(); };  // which stay with the grid
-  forget_cells();
   const std::function<absl::Status()> solvers[] = {
       [&] { return SolveOrientationField(s.grid, {}, orientation, slice_).status(); },
       [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice_).status(); },
       [&] {
         return SolveLatticeForm(s.grid, s.frames, s.sizes, s.codes, lattice, slice_).status();
       },
-      [&] { return SolvePhaseField(s.grid, s.codes, s.form, phase, slice_).status(); },
-      [&] {
-        const HullQueries queries(s.hull.vertices, s.hull.triangles);  // whose copy ends with it
-        const HullAsker asker(queries, &*use_, StopPoll(solved_.run));
-        return ClusterSites(asker, s.grid, s.form, positions, slice_).status();
-      }};
+      [&] { return FindSites(phase); }};
   int step = 0;
   for (const auto& solve : solvers) {
     SCOPED_TRACE(++step);
@@ -96,14 +119,13 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
 TEST_F(EmulatedFields, RoundsOfThePhaseFieldCopyNothingButHowFarTheyAre) {
   using namespace fields;  // NOLINT: all that follows is from there
   PhaseSettings phase;
-  phase.device = &*use_;
   struct Copied {
     int64_t up, down;
   };
   const auto copied = [&](int rounds) {
     device_->Restart();
     phase.rounds = rounds;
-    EXPECT_TRUE(SolvePhaseField(solved_.grid, solved_.codes, solved_.form, phase, slice_).ok());
+    EXPECT_TRUE(FindSites(phase).ok());
     solved_.grid.cells_there.reset();
     EXPECT_EQ(controls().used, 0);
     return Copied{controls().uploaded_bytes, controls().downloaded_bytes};

@@ -6,11 +6,10 @@
 #include <cstdint>
 #include <variant>
 
-#include "fields/cluster_task.h"
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
 #include "fields/hull_constraint.h"
-#include "fields/wall_question.h"
+#include "fields/lattice_task.h"
 #include "geometry/match_task.h"
 #include "input/hull_batch.h"
 #include "input/hull_tree_task.h"
@@ -38,13 +37,13 @@ enum class CudaResult : int {
 // done.
 using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
-                 fields::ClusterTask*, HullBatch<SideOf<PlainPoints>>*,
+                 fields::LatticeTask*, HullBatch<SideOf<PlainPoints>>*,
                  HullBatch<SideOf<fields::CellCentres>>*, HullBatch<IsNear<fields::CellCentres>>*,
                  HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
                  HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
-                 HullBatch<fields::WallLoweringOf>*, HullBatch<IsSharpToCells>*,
-                 HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*, SampleTask*, SweepTask*,
-                 MatchTask*, MeasureCellsTask*, CollectFacesTask*, SearchPrimitivesTask*>;
+                 HullBatch<IsSharpToCells>*, HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*,
+                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
+                 SearchPrimitivesTask*>;
 
 extern "C" {
 

@@ -16,9 +16,9 @@
 #include "cuda/cuda_interface.h"
 #include "exec/cuda_executor.cuh"
 #include "exec/cuda_lane.cuh"
-#include "fields/cluster_impl.h"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
+#include "fields/lattice_impl.h"
 #include "fields/ordered_total.cuh"
 #include "geometry/match_impl.h"
 #include "input/hull_batch_impl.h"
@@ -126,11 +126,12 @@ CudaResult Run(fields::GradientTask& task) {
                     task.matrix);
 }
 
-CudaResult Run(fields::ClusterTask& task) {
-  RequireMemory(fields::SiteClustering<CudaExecutor>::Bytes(task),
-                "clustering the positions of " + std::to_string(task.nodes.count()) + " nodes");
+CudaResult Run(fields::LatticeTask& task) {
+  RequireMemory(
+      fields::SitesOfLattice<CudaExecutor>::Bytes(task),
+      "finding the sites of a lattice on " + std::to_string(task.nodes.count()) + " nodes");
   CudaExecutor executor(task.should_stop);
-  return fields::SiteClustering<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
+  return fields::SitesOfLattice<CudaExecutor>(executor, task).Run() ? CudaResult::kDone
                                                                     : CudaResult::kStopped;
 }
 

@@ -21,9 +21,6 @@
 
 namespace amhex::fields {
 
-// Nodes per edge length h.
-inline constexpr int kNodesPerEdge = 2;
-
 // One level of the pyramid; arrays have one entry per node.
 struct GridLevel {
   std::vector<uint64_t> key;                                     // Morton code of the cell

@@ -11,12 +11,9 @@
 #include "exec/choose_in_turn.h"
 #include "exec/counted_list.h"
 #include "exec/executor.h"
-#include "exec/resident_arrays.h"
 #include "exec/sorted_items.h"
-#include "exec/uploaded_arrays.h"
-#include "fields/cluster_task.h"
+#include "fields/cluster_input.h"
 #include "fields/point_rows_impl.h"
-#include "input/hull_batch_impl.h"
 
 namespace amhex::fields {
 
@@ -118,54 +115,81 @@ struct VotedFaceKey {
   }
 };
 
+// Of arrays that are where bodies run.
 template <class E>
 class SiteClustering {
  public:
-  SiteClustering(E& executor, ClusterTask& task)
-      : executor_(executor), task_(task), arrays_(executor) {}
+  // `rotations` are kAxisRotations.
+  SiteClustering(E& executor, const ClusterInput& input, ArrayView<const AxisRotation> rotations)
+      : executor_(executor), input_(input), rotations_(rotations) {}
 
-  // Memory where bodies run, as if every node were heavy.
-  static int64_t Bytes(const ClusterTask& task) {
-    const int64_t count = task.nodes.count();
+  // Memory where bodies run besides the lattice, as if every node were heavy, and but for the rows
+  // of points.
+  static int64_t Bytes(int64_t count) {
     constexpr int64_t kPairs = 2 * (sizeof(uint32_t) + sizeof(int32_t));
     constexpr int64_t kOfNode = sizeof(float) + sizeof(int32_t);  // mass, and the heavy ones
     constexpr int64_t kOfRank = sizeof(int32_t) * 2 + sizeof(Vec3d) + sizeof(ChoiceState);
+    constexpr int64_t kOfVotes = 2 * sizeof(int32_t) + kVotesPerNode * sizeof(VotedFaces);
     const int64_t clusters =
-        RowsBytes(count, task.rows) + E::SortBytes(count) +
+        count * static_cast<int64_t>(sizeof(RowItem)) + E::SortBytes(count) +
         Larger(count * (kPairs + kOfNode), count * kOfRank + ChooseInTurnBytes(count));
-    // Votes before and after a sort, and what it takes.
-    constexpr int64_t kOfVote = 2 * sizeof(VotedFaces) + kPairs;
-    const int64_t votes = count * 2 * static_cast<int64_t>(sizeof(int32_t)) +
-                          kVotesPerNode * count * kOfVote + E::SortBytes(kVotesPerNode * count);
-    return ResidentHullBytes<E>(task.hull, *task.resident) +
-           UploadedArrays<E>::Bytes(task.lattice) + BytesOfViewsThere<E>(task.nodes) +
-           Larger(clusters, votes);
+    return Larger(clusters, count * kOfVotes);
+  }
+  // For counting votes, when the lattice may be gone.
+  static int64_t CountBytes(int64_t count) {
+    constexpr int64_t kOfVote = 2 * (sizeof(VotedFaces) + sizeof(uint32_t) + sizeof(int32_t));
+    return kVotesPerNode * count * kOfVote + E::SortBytes(kVotesPerNode * count);
   }
 
-  // False if it was stopped.
-  bool Run() {
-    hull_ = ResidentHull<E>(task_.hull, *task_.resident);
-    places_ = ViewsThere(arrays_, task_.nodes);
-    lattice_ = arrays_.Upload(task_.lattice);
-    rotations_ = Uploaded(executor_, task_.rotations.data, task_.rotations.size);
-    const Buffer<E, ClusterSite> sites = FindClusters();
-    const Buffer<E, VotedFaces> voted = Vote(sites);
-    return CopyOut(sites, voted);
-  }
-
- private:
-  Buffer<E, ClusterSite> FindClusters() {
-    BuiltRows<E> rows = BuildRows(executor_, task_.rows, lattice_.positions);
-    const ClusterView clusters{lattice_, rows.View()};
+  // By falling mass; `box` holds all positions.
+  Buffer<E, ClusterSite> FindClusters(const Box3d& box) {
+    BuiltRows<E> rows =
+        BuildRows(executor_, ShapeOfRows(box, input_.nodes.count(), kClusterBinSize),
+                  input_.lattice.positions);
+    const ClusterView clusters{input_.lattice, rows.View()};
     return Choose(clusters, RankNodes(clusters));
   }
 
+  // Which faces the edges of the grid want glued (face_links.h), one vote each.
+  Buffer<E, VotedFaces> Vote(const Buffer<E, ClusterSite>& sites, Box3d box) {
+    // Means of what is in the box may lie outside by rounding.
+    constexpr Vec3d kRoom{0.5, 0.5, 0.5};
+    box = {box.low - kRoom, box.high + kRoom};
+    const int64_t nodes = input_.nodes.count();
+    Buffer<E, Vec3d> position = executor_.template Alloc<Vec3d>(sites.size());
+    Buffer<E, AxisFrame> frame = executor_.template Alloc<AxisFrame>(sites.size());
+    Buffer<E, int32_t> nearest = executor_.template Alloc<int32_t>(nodes);
+    executor_.ForEach(
+        "put sites", sites.size(),
+        PutSiteBody{input_.lattice.frames, sites.View(), position.View(), frame.View()});
+    BuiltRows<E> rows = BuildRows(executor_, ShapeOfRows(box, sites.size(), kSiteBinSize),
+                                  ReadOnly(position.View()));
+    executor_.ForEach(
+        "find the nearest sites", nodes,
+        NearestSiteBody{input_.lattice, rows.View(), ReadOnly(position.View()), nearest.View()});
+    const LatticeSteps steps{input_.lattice, input_.nodes, rotations_};
+    const VoteSearch search{steps, {}, ReadOnly(frame.View()), ReadOnly(nearest.View())};
+    return ListItems(executor_, "vote for faces", nodes, search);
+  }
+
+  // Those that are many enough.
+  static Buffer<E, VotedFaces> Count(E& executor, Buffer<E, VotedFaces> votes, int64_t site_count) {
+    const auto largest =
+        static_cast<uint32_t>(Larger(kDirectionCount * site_count - 1, int64_t{0}));
+    votes = SortedBy<E>(executor, votes, VotedFaceKey{false}, largest);
+    votes = SortedBy<E>(executor, votes, VotedFaceKey{true}, largest);
+    return ListItems(executor, "count votes", votes.size(),
+                     CountVotesSearch{ReadOnly(votes.View())});
+  }
+
+ private:
   Buffer<E, int32_t> RankNodes(const ClusterView& clusters) {
-    const int64_t count = task_.nodes.count();
+    const int64_t count = input_.nodes.count();
     Buffer<E, float> mass = executor_.template Alloc<float>(count);
     executor_.ForEach("take the mass of nodes", count, MassBody{clusters, mass.View()});
-    const Buffer<E, int32_t> heavy = ListItems(
-        executor_, "list heavy nodes", count, HeavySearch{ReadOnly(mass.View()), task_.least_mass});
+    const Buffer<E, int32_t> heavy =
+        ListItems(executor_, "list heavy nodes", count,
+                  HeavySearch{ReadOnly(mass.View()), static_cast<float>(kMinMass)});
     KeyedIds<E> pairs{executor_.template Alloc<uint32_t>(heavy.size()),
                       executor_.template Alloc<int32_t>(heavy.size())};
     KeyedIds<E> sorted{executor_.template Alloc<uint32_t>(heavy.size()),
@@ -179,63 +203,23 @@ class SiteClustering {
 
   Buffer<E, ClusterSite> Choose(const ClusterView& clusters, const Buffer<E, int32_t>& by_rank) {
     const int64_t count = by_rank.size();
-    Buffer<E, int32_t> rank = executor_.template Alloc<int32_t>(task_.nodes.count());
+    Buffer<E, int32_t> rank = executor_.template Alloc<int32_t>(input_.nodes.count());
     Buffer<E, Vec3d> centre = executor_.template Alloc<Vec3d>(count);
     Buffer<E, ChoiceState> state = executor_.template Alloc<ChoiceState>(count);
     const RankedNodes ranked{by_rank.View(), rank.View(), centre.View(), state.View()};
     executor_.ForEach("no node has a rank", rank.size(), NoRankBody{rank.View()});
     executor_.ForEach("find centres of clusters", count,
-                      RankBody{clusters, hull_, places_, ranked});
+                      RankBody{clusters, input_.hull, input_.nodes, ranked});
     ChooseInTurn(executor_, ClusterClaims{clusters, ranked}, state.View());
     return ListItems(executor_, "list clusters", count, ChosenSearch{ranked});
-  }
-
-  Buffer<E, VotedFaces> Vote(const Buffer<E, ClusterSite>& sites) {
-    const int64_t nodes = task_.nodes.count();
-    Buffer<E, Vec3d> position = executor_.template Alloc<Vec3d>(sites.size());
-    Buffer<E, AxisFrame> frame = executor_.template Alloc<AxisFrame>(sites.size());
-    Buffer<E, int32_t> nearest = executor_.template Alloc<int32_t>(nodes);
-    executor_.ForEach("put sites", sites.size(),
-                      PutSiteBody{lattice_.frames, sites.View(), position.View(), frame.View()});
-    BuiltRows<E> rows = BuildRows(executor_, task_.site_rows, ReadOnly(position.View()));
-    executor_.ForEach(
-        "find the nearest sites", nodes,
-        NearestSiteBody{lattice_, rows.View(), ReadOnly(position.View()), nearest.View()});
-    const LatticeSteps steps{lattice_, places_, ReadOnly(rotations_.View())};
-    const VoteSearch search{steps, {}, ReadOnly(frame.View()), ReadOnly(nearest.View())};
-    return Counted(ListItems(executor_, "vote for faces", nodes, search), sites.size());
-  }
-
-  Buffer<E, VotedFaces> Counted(Buffer<E, VotedFaces> votes, int64_t site_count) {
-    const auto largest =
-        static_cast<uint32_t>(Larger(kDirectionCount * site_count - 1, int64_t{0}));
-    votes = SortedBy<E>(executor_, votes, VotedFaceKey{false}, largest);
-    votes = SortedBy<E>(executor_, votes, VotedFaceKey{true}, largest);
-    return ListItems(executor_, "count votes", votes.size(),
-                     CountVotesSearch{ReadOnly(votes.View())});
-  }
-
-  bool CopyOut(const Buffer<E, ClusterSite>& sites, const Buffer<E, VotedFaces>& voted) {
-    std::vector<ClusterSite> host_sites(static_cast<size_t>(sites.size()));
-    std::vector<VotedFaces> host_voted(static_cast<size_t>(voted.size()));
-    executor_.CopyOutLater(sites, sites.size(), host_sites.data());
-    executor_.CopyOutLater(voted, voted.size(), host_voted.data());
-    executor_.Synchronize();
-    if (executor_.Stopped()) return false;
-    task_.sites = std::move(host_sites), task_.voted = std::move(host_voted);
-    return true;
   }
 
   // Of what memory is set aside for; half of the edges ahead lead to another site.
   static constexpr int64_t kVotesPerNode = 4;
 
   E& executor_;
-  ClusterTask& task_;
-  UploadedArrays<E> arrays_;
-  HullView hull_;
-  CellCentres places_;
-  LatticeView lattice_;
-  Buffer<E, AxisRotation> rotations_;
+  ClusterInput input_;
+  ArrayView<const AxisRotation> rotations_;
 };
 
 }  // namespace amhex::fields

@@ -7,6 +7,7 @@
 #include "base/array_view.h"
 #include "base/platform.h"
 #include "fields/frame_math.h"
+#include "fields/grid_keys.h"
 #include "fields/point_rows.h"
 #include "input/hull_view.h"
 
@@ -14,6 +15,7 @@ namespace amhex::fields {
 
 // A cluster needs this share of the mass that all nodes of a cell give together.
 inline constexpr double kMinMassShare = 0.12;
+inline constexpr double kMinMass = kMinMassShare * kNodesPerEdge * kNodesPerEdge * kNodesPerEdge;
 inline constexpr double kClusterBinSize = 0.5;  // edge lengths
 
 // `d` in cells of the given frame and size.

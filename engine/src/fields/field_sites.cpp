@@ -11,9 +11,13 @@
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "fields/background_grid.h"
+#include "fields/face_links.h"
 #include "fields/lattice_form.h"
+#include "fields/lattice_task.h"
 #include "fields/link_copies.h"
+#include "fields/node_links.h"
 #include "fields/orientation_field.h"
+#include "fields/owned_hull_nodes.h"
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
 #include "fields/size_field.h"
@@ -104,8 +108,20 @@ struct GridFields {
   std::vector<Vec3d> sizes;
   fields::ForwardCodes codes;
   DeviceUse* device = nullptr;  // where to solve; null = on the CPU
-  fields::LinkCopies links;     // there
+  // Of what is there.
+  fields::LinkCopies links;
+  fields::OwnedHullNodes at_hull;
+  ResidentSlot expected_there;
 };
+
+// What trials of one grid and the same weights share.
+struct SharedForm {
+  double density = 1;
+  fields::Increments closed;
+  ResidentSlot closed_there;
+  std::optional<fields::LatticeForm> form;  // once somebody asks on the host
+};
+using SharedForms = std::map<std::pair<double, double>, SharedForm>;  // by weights
 
 // With as many nodes per cell as ever, where the recipe's grid has so many in a cubic edge length.
 absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& samples,
@@ -117,6 +133,7 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   const double spacing = 1.0 / kNodesPerEdge / std::cbrt(recipe.grid);
   AMHEX_ASSIGN_OR_RETURN(result.grid,
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
+  result.at_hull = fields::OwnedHullNodes(result.grid.fine());
   OrientationSettings orientation_settings;
   orientation_settings.hull_weight = recipe.hull_weight;
   orientation_settings.normal_fading = recipe.normal_fading;
@@ -135,53 +152,81 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   return result;
 }
 
-absl::StatusOr<fields::LatticeForm> SolveForm(GridFields& solved, const TrialRecipe& recipe,
-                                              const fields::ProgressSlice& slice) {
+absl::StatusOr<SharedForm> SolveForm(GridFields& solved, const TrialRecipe& recipe,
+                                     const fields::ProgressSlice& slice) {
   fields::LatticeSettings settings;
   settings.density = kSitesPerWantedCell * recipe.grid;
   settings.hull_edge_weight = recipe.hull_edge_weight;
   settings.closure_weight = recipe.closure_weight;
   settings.device = solved.device;
   settings.links = &solved.links;
-  auto form = fields::SolveLatticeForm(solved.grid, solved.frames, solved.sizes, solved.codes,
-                                       settings, slice);
+  auto closed = fields::CloseIncrements(solved.grid, solved.frames, solved.sizes, solved.codes,
+                                        settings, slice);
   solved.links.of_slots.reset();  // another form is rarely asked for, and the phases need the room
-  return form;
+  if (!closed.ok()) return closed.status();
+  return SharedForm{settings.density, *std::move(closed), {}, {}};
 }
 
-// The form's equations are linear in the reciprocal sizes: another density is the same form,
-// scaled.
-fields::LatticeForm Denser(const fields::LatticeForm& form, double density, const RunContext& run) {
-  fields::LatticeForm scaled = form;
-  const double scale = std::cbrt(density);
-  fields::ForEach(run, static_cast<int64_t>(form.sizes.size()), [&](int64_t i) {
-    for (int a = 0; a < 3; ++a) {
-      scaled.increments[i][a] *= static_cast<float>(scale);
-      scaled.steps[i][a] /= scale;
-      scaled.sizes[i][a] /= scale;
-    }
-  });
-  return scaled;
-}
-
-absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved,
-                                   const fields::LatticeForm& shared, double density,
-                                   const fields::ProgressSlice& slice) {
+// A trial on the host.
+absl::StatusOr<Sites> SitesOnCpu(const Hull& hull, const GridFields& solved, SharedForm& shared,
+                                 double denser, const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
-  LatticeForm form = Denser(shared, density, run);
-  const HullAsker asker(*hull.queries, solved.device, StopPoll(run));
-  AMHEX_RETURN_IF_ERROR(FitThinWalls(asker, solved.grid, solved.codes, run, &form));
-  PhaseSettings phase_settings;
-  phase_settings.device = solved.device;
-  phase_settings.links = &solved.links;
+  if (!shared.form.has_value()) {
+    shared.form = FormOf(solved.grid, solved.frames, solved.sizes, solved.codes, shared.closed,
+                         shared.density, run);
+  }
+  LatticeForm form = Denser(*shared.form, denser, run);
+  AMHEX_RETURN_IF_ERROR(FitThinWalls(*hull.queries, solved.grid, solved.codes, run, &form));
   AMHEX_ASSIGN_OR_RETURN(
       const std::vector<Vec3d> positions,
-      SolvePhaseField(solved.grid, solved.codes, form, phase_settings, slice.Part(0, kPhaseDone)));
-  AMHEX_ASSIGN_OR_RETURN(
-      Sites sites, ClusterSites(asker, solved.grid, form, positions, slice.Part(kPhaseDone, 1)));
-  if (absl::Status status = run.CheckStop(); !status.ok()) return status;
+      SolvePhaseField(solved.grid, solved.codes, form, {}, slice.Part(0, kPhaseDone)));
+  return ClusterSites(*hull.queries, solved.grid, form, positions, slice.Part(kPhaseDone, 1));
+}
+
+Sites SitesOf(const fields::LatticeTask& task) {
+  Sites sites;
+  for (const fields::LatticeSite& site : task.sites) {
+    sites.position.push_back(site.centre);
+    sites.frame.push_back(fields::ToFrame(site.frame));
+    sites.size.push_back(site.size);
+    sites.cell_volume.push_back(0);
+  }
+  sites.links = fields::LinksOf(task.voted);
   return sites;
+}
+
+absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved, SharedForm& shared,
+                                   double denser, const fields::ProgressSlice& slice) {
+  using namespace fields;  // NOLINT: the steps below are all from there
+  if (solved.device == nullptr) return SitesOnCpu(hull, solved, shared, denser, slice);
+  const RunContext& run = slice.run();
+  const OwnedLinks links(solved.grid.fine(), solved.codes, run);
+  const auto view = [](const auto& values) {
+    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
+  };
+  LatticeTask task;
+  task.nodes = solved.grid.Cells();
+  task.links = links.View(), task.links_there = &solved.links.of_nodes;
+  task.rotations = {kAxisRotations.data(), kRotationCount};
+  task.expected = {view(solved.frames), view(solved.sizes), solved.grid.spacing,
+                   &solved.expected_there};
+  task.at_hull = solved.at_hull.View();
+  task.closed = {{&shared.closed.data()->data()->x, kIncrements * solved.grid.count()},
+                 &shared.closed_there};
+  task.density = shared.density, task.denser = denser;
+  task.course = CourseOf({}, slice.Part(0, kPhaseDone));
+  task.hull = hull.queries->view_if_here(), task.resident = &hull.queries->resident();
+  task.should_stop = [&run] { return run.ShouldStop(); };
+  std::optional<Sites> on_host;
+  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
+    AMHEX_ASSIGN_OR_RETURN(on_host, SitesOnCpu(hull, solved, shared, denser, slice));
+    return true;
+  };
+  AMHEX_RETURN_IF_ERROR(solved.device->Run(&task, on_cpu).status());
+  AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  slice.Report(1.0);
+  return on_host.has_value() ? *std::move(on_host) : SitesOf(task);
 }
 
 }  // namespace
@@ -194,7 +239,7 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
   const int count = std::min(trial_count, kMaxTrials);
   std::vector<Sites> trials;
   std::optional<GridFields> solved;
-  std::map<std::pair<double, double>, fields::LatticeForm> forms;  // of that grid, by weights
+  SharedForms forms;  // of that grid
   for (int trial = 0; trial < count; ++trial) {
     const TrialRecipe& recipe = RecipeOf(trial, hull);
     const fields::ProgressSlice slice(run, static_cast<double>(trial) / count,
@@ -207,7 +252,10 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
     }
     auto form = forms.find(recipe.Weights());
     if (form == forms.end()) {
-      AMHEX_ASSIGN_OR_RETURN(fields::LatticeForm closed,
+      // The solve needs the room.
+      solved->expected_there.reset();
+      for (auto& [weights, other] : forms) other.closed_there.reset();
+      AMHEX_ASSIGN_OR_RETURN(SharedForm closed,
                              SolveForm(*solved, recipe, slice.Part(kSizeDone, kLatticeDone)));
       form = forms.emplace(recipe.Weights(), std::move(closed)).first;
     }

@@ -8,6 +8,7 @@
 #include "base/sine_of_turns.h"
 #include "fields/gradient_task.h"
 #include "fields/ordered_total.h"
+#include "fields/phase_bodies.h"
 #include "fields/sum_blocks.h"
 
 namespace amhex::fields {

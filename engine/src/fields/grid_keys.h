@@ -10,6 +10,9 @@
 
 namespace amhex::fields {
 
+// Nodes of the background grid per edge length h.
+inline constexpr int kNodesPerEdge = 2;
+
 // Every third bit of a Morton code, packed.
 AMHEX_HD inline int32_t CoordinateOfKey(uint64_t bits) {
   bits &= 0x1249249249249249ULL;

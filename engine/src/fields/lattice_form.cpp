@@ -1,6 +1,8 @@
 #include "fields/lattice_form.h"
 
+#include <cmath>
 #include <optional>
+#include <utility>
 
 #include "fields/closure_system.h"
 #include "fields/conjugate_gradient.h"
@@ -50,8 +52,8 @@ void Flatten(const NodeSlots& slots, const RunContext& run, const Value& value,
   });
 }
 
-absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings& settings,
-                             const RunContext& run, Increments* increments) {
+absl::Status Correct(const ClosureSystem& closure, const LatticeSettings& settings,
+                     const RunContext& run, Increments* increments) {
   const NodeSlots& slots = closure.slots();
   const int64_t size = ClosureOperator::kUnknowns * slots.count();
   std::vector<float> rhs(size, 0.0F), correction, curl_lanes(size, 0.0F);
@@ -102,6 +104,23 @@ absl::Status CloseIncrements(const ClosureSystem& closure, const LatticeSettings
 
 }  // namespace
 
+FormView ViewOf(LatticeForm& form) {
+  const auto count = static_cast<int64_t>(form.increments.size());
+  return {{&form.increments.data()->data()->x, kIncrements * count},
+          {form.steps.data(), count},
+          {form.frames.data(), count},
+          {form.sizes.data(), count}};
+}
+
+LatticeForm Denser(const LatticeForm& form, double density, const RunContext& run) {
+  LatticeForm scaled = form;
+  const double scale = std::cbrt(density);
+  const FormView view = ViewOf(scaled);
+  ForEach(run, view.sizes.size, DenserBody{scale, view});
+  ForEach(run, view.increments.size, ScaleIncrementsBody{scale, view.increments});
+  return scaled;
+}
+
 bool IsRegularSquare(const GridLevel& level, const ForwardCodes& codes, int64_t node, int d) {
   const int e = (d + 1) % 3;
   const int32_t a = level.neighbours[node][d], b = level.neighbours[node][e];
@@ -118,27 +137,43 @@ Vec3f CurlAround(const GridLevel& level, const ForwardCodes& codes, const Increm
          kAxisRotations[codes[node][e]].Apply(increments[b][d]) - increments[node][e];
 }
 
+absl::StatusOr<Increments> CloseIncrements(const BackgroundGrid& grid,
+                                           const std::vector<Quaternion>& frames,
+                                           const std::vector<Vec3d>& sizes,
+                                           const ForwardCodes& codes,
+                                           const LatticeSettings& settings,
+                                           const ProgressSlice& slice) {
+  const RunContext& run = slice.run();
+  Increments increments = ExpectedIncrements(grid, frames, sizes, codes, run);
+  const ClosureSystem closure({grid.fine(), codes, run}, settings,
+                              FollowHull({grid, frames, sizes, codes}, run, &increments));
+  if (absl::Status s = run.CheckStop(); !s.ok()) return s;
+  if (absl::Status s = Correct(closure, settings, run, &increments); !s.ok()) return s;
+  slice.Report(0.9);
+  return increments;
+}
+
+LatticeForm FormOf(const BackgroundGrid& grid, const std::vector<Quaternion>& frames,
+                   const std::vector<Vec3d>& sizes, const ForwardCodes& codes,
+                   Increments increments, double density, const RunContext& run) {
+  LatticeForm form;
+  form.increments = std::move(increments);
+  form.frames = frames;
+  form.sizes = sizes;
+  RecoverFrames(grid, codes, density, run, &form);
+  return form;
+}
+
 absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,
                                              const std::vector<Quaternion>& frames,
                                              const std::vector<Vec3d>& sizes,
                                              const ForwardCodes& codes,
                                              const LatticeSettings& settings,
                                              const ProgressSlice& slice) {
+  absl::StatusOr<Increments> closed = CloseIncrements(grid, frames, sizes, codes, settings, slice);
+  if (!closed.ok()) return closed.status();
   const RunContext& run = slice.run();
-  LatticeForm form;
-  form.increments = ExpectedIncrements(grid, frames, sizes, codes, run);
-  {
-    const ClosureSystem closure({grid.fine(), codes, run}, settings,
-                                FollowHull({grid, frames, sizes, codes}, run, &form.increments));
-    if (absl::Status s = run.CheckStop(); !s.ok()) return s;
-    if (absl::Status s = CloseIncrements(closure, settings, run, &form.increments); !s.ok()) {
-      return s;
-    }
-  }
-  slice.Report(0.9);
-  form.frames = frames;
-  form.sizes = sizes;
-  RecoverFrames(grid, codes, settings.density, run, &form);
+  LatticeForm form = FormOf(grid, frames, sizes, codes, *std::move(closed), settings.density, run);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;
   slice.Report(1.0);
   return form;

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
+#include "fields/form_bodies.h"
 #include "fields/link_copies.h"
 #include "fields/orientation_field.h"
 
@@ -35,10 +36,15 @@ struct LatticeForm {
   Increments increments;
   // [node_count] steps[a] = the way in space of one cell along axis a (columns of the inverse
   // Jacobian), edge lengths. Almost orthogonal.
-  std::vector<std::array<Vec3d, 3>> steps;
+  std::vector<CellSteps> steps;
   std::vector<Quaternion> frames;  // [node_count] rotation nearest to the steps
   std::vector<Vec3d> sizes;        // [node_count] lengths of the steps, clamped to [0.5, 2]
 };
+
+FormView ViewOf(LatticeForm& form);
+
+// The same form of another density.
+LatticeForm Denser(const LatticeForm& form, double density, const RunContext& run);
 
 // Grid square (node; +d, +(d + 1) % 3): its corners all exist and no frame singularity runs
 // through it, so that a closed form sums to zero around it.
@@ -49,7 +55,21 @@ Vec3f CurlAround(const GridLevel& level, const ForwardCodes& codes, const Increm
                  int64_t node, int d);
 
 // Smallest corrections of the increments of `frames` and `sizes` that close them around every
-// regular square: min W |e|^2 + K |curl(increments + e)|^2. Then rescaled to the wanted density.
+// regular square: min W |e|^2 + K |curl(increments + e)|^2.
+absl::StatusOr<Increments> CloseIncrements(const BackgroundGrid& grid,
+                                           const std::vector<Quaternion>& frames,
+                                           const std::vector<Vec3d>& sizes,
+                                           const ForwardCodes& codes,
+                                           const LatticeSettings& settings,
+                                           const ProgressSlice& slice);
+
+// With the frames and sizes that follow from closed increments, where these tell them and the
+// expected ones elsewhere, rescaled to the density of the settings.
+LatticeForm FormOf(const BackgroundGrid& grid, const std::vector<Quaternion>& frames,
+                   const std::vector<Vec3d>& sizes, const ForwardCodes& codes,
+                   Increments increments, double density, const RunContext& run);
+
+// Both.
 absl::StatusOr<LatticeForm> SolveLatticeForm(const BackgroundGrid& grid,
                                              const std::vector<Quaternion>& frames,
                                              const std::vector<Vec3d>& sizes,

@@ -265,6 +265,7 @@ struct PullBody {
   }
 };
 
-using LinearOperator = std::variant<SizeOperator, ClosureOperator, PhaseOperator>;
+// Those that are solved one by one.
+using LinearOperator = std::variant<SizeOperator, ClosureOperator>;
 
 }  // namespace amhex::fields

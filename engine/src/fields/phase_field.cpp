@@ -1,78 +1,24 @@
 #include "fields/phase_field.h"
 
 #include <cmath>
-#include <numbers>
 
-#include "base/arc_tangent.h"
-#include "base/sine_of_turns.h"
 #include "base/stop_poll.h"
-#include "cuda/device_use.h"
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
 #include "fields/gradient_bodies.h"
-#include "fields/gradient_task.h"
 #include "fields/node_links.h"
+#include "fields/owned_hull_nodes.h"
 #include "fields/phase_seeds.h"
 
 namespace amhex::fields {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
-// Fixes what no hull fixes in the plain solve.
-constexpr float kRegularization = 1e-4F;
-// Rounds over a node's hull constraints when it has several: they are not quite orthogonal.
-constexpr int kProjectionRounds = 3;
 constexpr PhaseLanes kMinusImaginary = {1, -1, 1, -1, 1, -1, 1, -1};
 constexpr PhaseLanes kMinusReal = {-1, 1, -1, 1, -1, 1, -1, 1};
 
 template <class T>
 ArrayView<const T> ViewOf(const std::vector<T>& values) {
   return {values.data(), static_cast<int64_t>(values.size())};
-}
-
-// Owns what the solves are made of, but for the form's increments.
-struct OwnedDemands {
-  const Increments& increments;
-  std::vector<int32_t> nodes;
-  std::vector<float> weights, targets;
-  PhaseDemands View() const {
-    return {{&increments.data()->data()->x, 9 * static_cast<int64_t>(increments.size())},
-            {ViewOf(nodes), ViewOf(weights), ViewOf(targets)}};
-  }
-};
-
-// "Centres half a cell below the hull", of the k-th node that is next to it.
-void SetWishes(const BackgroundGrid& grid, const LatticeForm& form, double weight, int32_t k,
-               OwnedDemands* demands) {
-  const int32_t i = demands->nodes[k];
-  const AxisFrame frame = ToFrame(form.frames[i]);
-  for (const HullConstraint& c : grid.fine().constraints[k]) {
-    const NearestAxis nearest = FindNearestAxis(frame, c.normal);
-    if (nearest.cosine <= kAlignedCosine) continue;
-    const double size = form.sizes[i][nearest.axis];
-    // Way along the axis from the node to the layer of centres below the hull.
-    const double way = nearest.sign * (Dot(c.normal, c.point - grid.Position(i)) - size / 2);
-    const CosineAndSine target = OfTurns(-way / size);
-    const int u = 3 * k + nearest.axis;
-    demands->weights[u] += static_cast<float>(weight);
-    demands->targets[2 * u] += static_cast<float>(weight * target.cosine);
-    demands->targets[2 * u + 1] += static_cast<float>(weight * target.sine);
-  }
-}
-
-OwnedDemands FindDemands(const BackgroundGrid& grid, const LatticeForm& form, double weight,
-                         const RunContext& run) {
-  const size_t at_hull = grid.fine().constraints.size();
-  OwnedDemands demands{form.increments, std::vector<int32_t>(at_hull),
-                       std::vector<float>(3 * at_hull, 0.0F),
-                       std::vector<float>(6 * at_hull, 0.0F)};
-  ForEach(run, grid.count(), [&](int64_t i) {
-    const int32_t k = grid.fine().constraint_of_node[i];
-    if (k < 0) return;
-    demands.nodes[k] = static_cast<int32_t>(i);
-    SetWishes(grid, form, weight, k, &demands);
-  });
-  return demands;
 }
 
 // Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
@@ -190,7 +136,7 @@ class PhaseSystem {
   std::vector<uint8_t> edge_count_;
   std::vector<float> hull_weight_;  // [3 * node + axis]
   std::vector<float> hull_target_;  // weight times target
-  float pull_ = kRegularization;
+  float pull_ = kPlainPull;
 };
 
 // What the pull is in each round.
@@ -207,83 +153,75 @@ std::vector<float> Pulls(const PhaseSettings& settings) {
 
 class PhaseSolver {
  public:
-  PhaseSolver(const CellCentres& cells, const NodeLinks& links, const PhaseSettings& settings,
-              const RunContext& run)
-      : cells_(cells), links_(links), settings_(settings), run_(run) {}
+  PhaseSolver(PhaseSystem& phases, const RunContext& run) : phases_(phases), run_(run) {}
 
-  // All of `course`, where the settings say.
+  // All of `course`.
   absl::Status Solve(const PhaseCourse& course, std::vector<float>* x) {
-    const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-      PhaseSystem phases(links_, course.demands, run_);
-      const absl::Status status = SolveOnCpu(course, phases, x);
-      return status.ok() ? absl::StatusOr<bool>(true) : status;
-    };
-    GradientTask task;
-    task.matrix = PhaseOperator{links_, {}, {}, {}, kRegularization};
-    if (settings_.links != nullptr) task.links = &settings_.links->of_nodes;
-    task.cells = cells_;
-    task.node_count = static_cast<int64_t>(x->size()) / PhaseOperator::kUnknowns;
-    task.course = &course;
-    task.x = x;
-    task.limits = {settings_.round_iterations, settings_.round_tolerance};
-    task.should_stop = [this] { return run_.ShouldStop(); };
-    const absl::Status status = RunWhereChosen(settings_.device, &task, on_cpu).status();
-    return status.ok() ? run_.CheckStop() : status;
-  }
-
- private:
-  absl::Status SolveOnCpu(const PhaseCourse& course, PhaseSystem& phases, std::vector<float>* x) {
-    absl::Status status = Improve(phases, phases.hull_target(), course.first, x);
+    absl::Status status = Improve(phases_.hull_target(), course.first, x);
     if (!status.ok()) return status;
     try {
-      SeedWeakPhases(phases.Matrix(), StopPoll(run_), x);
+      SeedWeakPhases(phases_.Matrix(), StopPoll(run_), x);
     } catch (const RunStopped&) {
       return run_.CheckStop();
     }
     int32_t round = 0;
     for (const float pull : course.pulls) {
       course.on_round(round++);
-      phases.SetPull(pull);
-      status = Improve(phases, phases.RightSide(*x),
-                       {settings_.round_iterations, settings_.round_tolerance}, x);
+      phases_.SetPull(pull);
+      status = Improve(phases_.RightSide(*x), course.later, x);
       if (!status.ok()) return status;
     }
-    return absl::OkStatus();
+    return run_.CheckStop();
   }
 
-  absl::Status Improve(const PhaseSystem& phases, const std::vector<float>& rhs,
-                       const SolveLimits& limits, std::vector<float>* x) const {
+ private:
+  absl::Status Improve(const std::vector<float>& rhs, const SolveLimits& limits,
+                       std::vector<float>* x) const {
     LinearSystem system;
     system.unknowns = PhaseOperator::kUnknowns;
-    system.apply = [&phases](int /*pass*/, int64_t begin, int64_t end, const float* from,
-                             float* product) { phases.Apply(begin, end, from, product); };
-    system.inverse_diagonal = [&phases] { return phases.InverseDiagonal(); };
+    system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* from,
+                          float* product) { phases_.Apply(begin, end, from, product); };
+    system.inverse_diagonal = [this] { return phases_.InverseDiagonal(); };
     return SolveConjugateGradient(system, rhs, {limits.max_iterations, limits.tolerance}, run_, x)
         .status();
   }
 
-  const CellCentres cells_;
-  const NodeLinks links_;
-  const PhaseSettings& settings_;
+  PhaseSystem& phases_;
   const RunContext& run_;
 };
 
-// Onto the layer of cell centres that is nearest along each aligned hull normal.
-void ProjectToLayers(const HullConstraints& constraints, const AxisFrame& frame, const Vec3d& size,
-                     Vec3d* position) {
-  const int rounds = constraints.count > 1 ? kProjectionRounds : 1;
-  for (int round = 0; round < rounds; ++round) {
-    for (const HullConstraint& c : constraints) {
-      const NearestAxis nearest = FindNearestAxis(frame, c.normal);
-      if (nearest.cosine <= kAlignedCosine) continue;
-      const double height = size[nearest.axis];
-      const double off = Dot(c.normal, *position - c.point) + height / 2;
-      *position -= c.normal * (off - height * std::round(off / height));
-    }
-  }
+// What the hull wishes, with its arrays.
+struct OwnedWishes {
+  std::vector<float> weights, targets;
+  HullWishes view;
+};
+OwnedWishes FindWishes(const HullNodes& at_hull, const BackgroundGrid& grid,
+                       const LatticeForm& form, double weight, const RunContext& run) {
+  OwnedWishes wishes;
+  wishes.weights.resize(3 * at_hull.count()), wishes.targets.resize(6 * at_hull.count());
+  ForEach(run, at_hull.count(),
+          FindWishesBody{at_hull,
+                         grid.Cells(),
+                         ViewOf(form.frames),
+                         ViewOf(form.sizes),
+                         weight,
+                         {wishes.weights.data(), 3 * at_hull.count()},
+                         {wishes.targets.data(), 6 * at_hull.count()}});
+  wishes.view = {at_hull.nodes, ViewOf(wishes.weights), ViewOf(wishes.targets)};
+  return wishes;
 }
 
 }  // namespace
+
+PhaseCourse CourseOf(const PhaseSettings& settings, const ProgressSlice& slice) {
+  return {settings.hull_weight,
+          {settings.first_iterations, settings.first_tolerance},
+          {settings.round_iterations, settings.round_tolerance},
+          Pulls(settings),
+          [slice, rounds = settings.rounds](int32_t round) {
+            slice.Report((round + 1.0) / (rounds + 2.0));
+          }};
+}
 
 absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const ForwardCodes& codes,
@@ -291,31 +229,22 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const PhaseSettings& settings,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
-  const OwnedLinks links(grid.fine(), codes, run);
-  const OwnedDemands demands = FindDemands(grid, form, settings.hull_weight, run);
+  const OwnedHullNodes at_hull(grid.fine());
   std::vector<float> x(6 * grid.count(), 0.0F);
-  const PhaseCourse course{
-      demands.View(),
-      {settings.first_iterations, settings.first_tolerance},
-      Pulls(settings),
-      [&](int32_t round) { slice.Report((round + 1.0) / (settings.rounds + 2.0)); }};
-  if (absl::Status status =
-          PhaseSolver(grid.Cells(), links.View(), settings, run).Solve(course, &x);
-      !status.ok()) {
-    return status;
+  {
+    const OwnedLinks links(grid.fine(), codes, run);
+    const OwnedWishes wishes = FindWishes(at_hull.View(), grid, form, settings.hull_weight, run);
+    PhaseSystem phases(
+        links.View(),
+        {{&form.increments.data()->data()->x, kIncrements * grid.count()}, wishes.view}, run);
+    const absl::Status status = PhaseSolver(phases, run).Solve(CourseOf(settings, slice), &x);
+    if (!status.ok()) return status;
   }
   std::vector<Vec3d> positions(grid.count());
-  ForEach(run, grid.count(), [&](int64_t i) {
-    Vec3d p = grid.Position(i);
-    for (int a = 0; a < 3; ++a) {
-      const double phase = ArcTangent2(x[2 * (3 * i + a) + 1], x[2 * (3 * i + a)]) / kFullTurn;
-      p -= form.steps[i][a] * phase;
-    }
-    if (const HullConstraints* constraints = grid.fine().ConstraintsOf(i)) {
-      ProjectToLayers(*constraints, ToFrame(form.frames[i]), form.sizes[i], &p);
-    }
-    positions[i] = p;
-  });
+  const ArrayView<Vec3d> places{positions.data(), grid.count()};
+  ForEach(run, grid.count(), FindPositionBody{grid.Cells(), ViewOf(form.steps), ViewOf(x), places});
+  ForEach(run, at_hull.View().count(),
+          ProjectToLayersBody{at_hull.View(), ViewOf(form.frames), ViewOf(form.sizes), places});
   if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
   slice.Report(1.0);
   return positions;

@@ -6,7 +6,7 @@
 #include "absl/status/statusor.h"
 #include "fields/background_grid.h"
 #include "fields/lattice_form.h"
-#include "fields/link_copies.h"
+#include "fields/phase_course.h"
 
 namespace amhex::fields {
 
@@ -19,9 +19,10 @@ struct PhaseSettings {
   double last_pull = 1.0;
   int round_iterations = 40;
   double round_tolerance = 1e-3;
-  DeviceUse* device = nullptr;  // where it is solved; null: on the CPU
-  LinkCopies* links = nullptr;  // of the same grid and codes; null: made for this solve
 };
+
+// With progress as `slice` is to be told of it.
+PhaseCourse CourseOf(const PhaseSettings& settings, const ProgressSlice& slice);
 
 // [node_count] for each node the position in space of the lattice point (a cell centre) that it is
 // nearest to. `codes` are those the form was made with; frames may have moved since.

@@ -26,6 +26,19 @@ struct RowShape {
   }
 };
 
+// For points of which none lies outside `box`. Bins grow where the box would need too many rows.
+inline RowShape ShapeOfRows(const Box3d& box, int64_t point_count, double bin_size) {
+  RowShape shape{bin_size, box.low, 1, 1};
+  const Vec3d extent = box.Extent();
+  const auto row_count = [&] {
+    return (extent.y / shape.bin_size + 1) * (extent.z / shape.bin_size + 1);
+  };
+  while (row_count() > 4.0 * static_cast<double>(point_count) + 1024) shape.bin_size *= 2;
+  shape.columns = static_cast<int64_t>(extent.y / shape.bin_size) + 1;
+  shape.rows = shape.columns * (static_cast<int64_t>(extent.z / shape.bin_size) + 1);
+  return shape;
+}
+
 struct RowItem {
   double x = 0;
   int32_t index = 0;

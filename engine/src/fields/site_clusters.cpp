@@ -8,8 +8,7 @@
 
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
-#include "cuda/device_use.h"
-#include "fields/cluster_task.h"
+#include "fields/cluster_input.h"
 #include "fields/face_links.h"
 #include "fields/point_index.h"
 
@@ -20,8 +19,6 @@ template <class T>
 ArrayView<const T> ViewOf(const std::vector<T>& values) {
   return {values.data(), static_cast<int64_t>(values.size())};
 }
-
-constexpr double kSiteBinSize = 1.0;  // edge lengths
 
 struct HeavyNode {
   float mass;
@@ -54,10 +51,10 @@ struct Cluster {
 // One choice after the other. What each of the next ones would found is asked side by side, of all
 // that are not claimed yet; few of those are claimed by one another.
 std::vector<ClusterSite> ChooseSites(const std::vector<HeavyNode>& heavy,
-                                     const ClusterView& clusters, const ClusterTask& task,
+                                     const ClusterView& clusters, const ClusterInput& input,
                                      const RunContext& run, const StopPoll& poll) {
   constexpr size_t kAskedAtOnce = 4096;
-  std::vector<uint8_t> is_claimed(static_cast<size_t>(task.nodes.count()), 0);
+  std::vector<uint8_t> is_claimed(static_cast<size_t>(input.nodes.count()), 0);
   std::vector<Cluster> asked(std::min(kAskedAtOnce, heavy.size()));
   std::vector<ClusterSite> sites;
   for (size_t begin = 0; begin < heavy.size(); begin += asked.size()) {
@@ -68,7 +65,7 @@ std::vector<ClusterSite> ChooseSites(const std::vector<HeavyNode>& heavy,
       Cluster& cluster = asked[i];
       cluster.centre = clusters.Centre(node);
       cluster.is_well_inside =
-          clusters.IsWellInside(task.hull, node, task.nodes[node], cluster.centre);
+          clusters.IsWellInside(input.hull, node, input.nodes[node], cluster.centre);
       cluster.claimed.clear();
       if (!cluster.is_well_inside) return;
       clusters.VisitClaimed(node, cluster.centre, [&](int32_t j) { cluster.claimed.push_back(j); });
@@ -84,19 +81,24 @@ std::vector<ClusterSite> ChooseSites(const std::vector<HeavyNode>& heavy,
   return sites;
 }
 
-absl::StatusOr<bool> ClusterOnCpu(const PointIndex& index, const ProgressSlice& slice,
-                                  ClusterTask& task) {
+absl::StatusOr<std::vector<ClusterSite>> FindClusters(const PointIndex& index,
+                                                      const ClusterInput& input,
+                                                      const ProgressSlice& slice) {
+  // Of a node that may found a cluster.
+  constexpr auto kLeastMass = static_cast<float>(kMinMass);
   const RunContext& run = slice.run();
-  const ClusterView clusters{task.lattice, index.view()};
-  const int64_t count = task.nodes.count();
+  const ClusterView clusters{input.lattice, index.view()};
+  const int64_t count = input.nodes.count();
   std::vector<float> mass(static_cast<size_t>(count));
   ForEach(run, count, [&](int64_t i) { mass[i] = clusters.Mass(i); });
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   slice.Report(0.5);
-
   const StopPoll poll(run);
-  task.sites = ChooseSites(HeavyNodes(mass, task.least_mass, poll), clusters, task, run, poll);
-  return true;
+  try {
+    return ChooseSites(HeavyNodes(mass, kLeastMass, poll), clusters, input, run, poll);
+  } catch (const RunStopped&) {
+    return run.CheckStop();
+  }
 }
 
 Sites SitesOf(const std::vector<ClusterSite>& clusters, const LatticeForm& form) {
@@ -110,50 +112,18 @@ Sites SitesOf(const std::vector<ClusterSite>& clusters, const LatticeForm& form)
   return sites;
 }
 
-Box3d BoxOf(const std::vector<Vec3d>& points) {
-  Box3d box;
-  for (const Vec3d& p : points) box.Extend(p);
-  return box;
-}
-// Means of what is in the box may lie outside by rounding.
-Box3d Widened(const Box3d& box) {
-  constexpr Vec3d kRoom{0.5, 0.5, 0.5};
-  return {box.low - kRoom, box.high + kRoom};
-}
-
 }  // namespace
 
-absl::StatusOr<Sites> ClusterSites(const HullAsker& hull, const BackgroundGrid& grid,
+absl::StatusOr<Sites> ClusterSites(const HullQueries& hull, const BackgroundGrid& grid,
                                    const LatticeForm& form, const std::vector<Vec3d>& positions,
                                    const ProgressSlice& slice) {
-  constexpr double kFullMass = kNodesPerEdge * kNodesPerEdge * kNodesPerEdge;
-  const Box3d box = BoxOf(positions);
-  ClusterTask task{{ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)},
-                   ShapeOfRows(box, grid.count(), kClusterBinSize),
-                   ShapeOfRows(Widened(box), grid.count(), kSiteBinSize),
-                   {kAxisRotations.data(), kRotationCount},
-                   grid.Cells(),
-                   hull.queries().view_if_here(),
-                   &hull.queries().resident(),
-                   static_cast<float>(kMinMassShare * kFullMass),
-                   {},
-                   {},
-                   [&slice] { return slice.run().ShouldStop(); }};
-  const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-    task.hull = hull.queries().view();
-    try {
-      const absl::StatusOr<bool> done = ClusterOnCpu(PointIndex(positions, task.rows), slice, task);
-      if (!done.ok()) return done;
-    } catch (const RunStopped&) {
-      return slice.run().CheckStop();
-    }
-    task.voted = VoteFaces(grid, form, positions, SitesOf(task.sites, form), slice.run());
-    return true;
-  };
-  AMHEX_RETURN_IF_ERROR(RunWhereChosen(hull.device(), &task, on_cpu).status());
+  const ClusterInput input{
+      {ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)}, grid.Cells(), hull.view()};
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<ClusterSite> clusters,
+                         FindClusters(PointIndex(positions, kClusterBinSize), input, slice));
+  Sites sites = SitesOf(clusters, form);
+  sites.links = LinksOf(VoteFaces(grid, form, positions, sites, slice.run()));
   AMHEX_RETURN_IF_ERROR(slice.run().CheckStop());
-  Sites sites = SitesOf(task.sites, form);
-  sites.links = LinksOf(task.voted);
   slice.Report(1.0);
   return sites;
 }

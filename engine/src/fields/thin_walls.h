@@ -5,7 +5,7 @@
 #include "fields/background_grid.h"
 #include "fields/lattice_form.h"
 #include "fields/orientation_field.h"
-#include "input/ask_hull.h"
+#include "input/hull_queries.h"
 
 namespace amhex::fields {
 
@@ -13,8 +13,8 @@ namespace amhex::fields {
 // spacing, the cells' axis across the wall gets the wall's thickness: the layers below either side
 // are then one and the same, where they would lie beside each other and cancel out otherwise. (The
 // paper, appendix B.6, hopes for one layer there if the samples are dense.) O(nodes log triangles).
-// Errors: those of the asker.
-absl::Status FitThinWalls(const HullAsker& hull, const BackgroundGrid& grid,
+// Errors: CANCELLED, DEADLINE_EXCEEDED.
+absl::Status FitThinWalls(const HullQueries& hull, const BackgroundGrid& grid,
                           const ForwardCodes& codes, const RunContext& run, LatticeForm* form);
 
 }  // namespace amhex::fields

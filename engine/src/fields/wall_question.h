@@ -5,31 +5,20 @@
 
 #include "base/array_view.h"
 #include "fields/frame_math.h"
-#include "fields/hull_constraint.h"
+#include "fields/hull_nodes.h"
 #include "fields/nearest_axis.h"
 #include "input/hull_view.h"
 
 namespace amhex::fields {
 
-// Nodes next to the hull, with the lattice that was found there. Views do not own.
-struct NodesAtHull {
-  ArrayView<const int32_t> first;  // [node] place of its constraints, and how many there are
-  ArrayView<const HullConstraint> constraints;
-  ArrayView<const Quaternion> frames;
-  ArrayView<const Vec3d> sizes;  // of cells along the frames' axes
-
-  int64_t count() const { return frames.size; }
-  template <class Visit>
-  void VisitArrays(const Visit& visit) {
-    visit(first), visit(constraints), visit(frames), visit(sizes);
-  }
-};
-
 // How much lower the cells must become, per axis; 1 where they fit.
 struct WallLoweringOf {
   using Answer = Vec3d;
-  NodesAtHull points;
-  double spacing = 0;  // of the grid
+  HullNodes at_hull;
+  // The lattice that was found, by node.
+  ArrayView<const Quaternion> frames;
+  ArrayView<const Vec3d> sizes;  // of cells along the frames' axes
+  double spacing = 0;            // of the grid
 
   AMHEX_HD Vec3d operator()(const HullView& hull, int64_t i) const {
     // Thinner walls (in grid spacings) may have no node between their sides.
@@ -37,12 +26,13 @@ struct WallLoweringOf {
     // Walls this near to a cell's size, as a share of it, are none too thin.
     constexpr double kThickEnough = 0.97;
     Vec3d lowering{1, 1, 1};
-    const AxisFrame frame = ToFrame(points.frames[i]);
-    for (int32_t k = points.first[i]; k < points.first[i + 1]; ++k) {
-      const HullConstraint& c = points.constraints[k];
+    const int32_t node = at_hull.nodes[i];
+    const AxisFrame frame = ToFrame(frames[node]);
+    for (int32_t k = at_hull.first[i]; k < at_hull.first[i + 1]; ++k) {
+      const HullConstraint& c = at_hull.constraints[k];
       const NearestAxis nearest = FindNearestAxis(frame, c.normal);
       if (nearest.cosine <= kAlignedCosine) continue;
-      const double size = points.sizes[i][nearest.axis];
+      const double size = sizes[node][nearest.axis];
       const double thickness = WallThickness(hull, c);
       if (thickness < kThinnest * spacing || thickness >= kThickEnough * size) continue;
       lowering[nearest.axis] = size / thickness;

@@ -1,0 +1,150 @@
+// Conjugate gradients (conjugate_gradient.h) as a template over the executor and the matrix. The
+// numbers that decide how it goes on stay where bodies run; the bits are those of the host's
+// solver.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "exec/executor.h"
+#include "fields/gradient_bodies.h"
+#include "fields/gradient_task.h"
+#include "fields/ordered_total.h"
+#include "fields/sum_blocks.h"
+
+namespace amhex::fields {
+
+// Of one solve, or of solves in a row.
+template <class E, class Operator>
+class GradientLoop {
+ public:
+  GradientLoop(E& executor, int64_t node_count)
+      : executor_(executor),
+        node_count_(node_count),
+        unknowns_(node_count * Operator::kUnknowns),
+        sums_(kSumLanes * NodeSumBlocks(node_count)),
+        scratch_(executor.template Alloc<float>(node_count * Operator::kScratch)),
+        partial_(executor.template Alloc<double>(sums_)),
+        numbers_(executor.template Alloc<double>(kNumbersSize)),
+        counts_(executor.template Alloc<int64_t>(kCountsSize)),
+        inverse_diagonal_(executor.template Alloc<float>(unknowns_)) {
+    x = Zeros(unknowns_);
+  }
+
+  // Memory where bodies run, with x and the right side, but for the matrix.
+  static int64_t Bytes(int64_t node_count) {
+    constexpr int64_t kVectors = 6;  // right side, diagonal, x, residual, direction, product
+    return node_count * (kVectors * Operator::kUnknowns + Operator::kScratch) *
+               static_cast<int64_t>(sizeof(float)) +
+           kSumLanes * NodeSumBlocks(node_count) * static_cast<int64_t>(sizeof(double));
+  }
+
+  // To be set before a solve. What x is, is where it starts.
+  Operator matrix;
+  Buffer<E, float> right_side, x;
+
+  int64_t unknowns() const { return unknowns_; }
+  // Of the last solve.
+  const Buffer<E, int64_t>& counts() const { return counts_; }
+
+  Buffer<E, float> Zeros(int64_t count) {
+    Buffer<E, float> zeros = executor_.template Alloc<float>(count);
+    executor_.ForEach("start at zero", count, ClearBody{zeros.View()});
+    return zeros;
+  }
+
+  // Once before the first solve, and after Rest.
+  void Prepare() {
+    residual_ = executor_.template Alloc<float>(unknowns_);
+    direction_ = executor_.template Alloc<float>(unknowns_);
+    product_ = executor_.template Alloc<float>(unknowns_);
+  }
+  // Until then others have the room.
+  void Rest() { residual_ = {}, direction_ = {}, product_ = {}; }
+
+  void Solve(const SolveLimits& limits) {
+    executor_.ForEach("begin to count", 1,
+                      BeginCountsBody{unknowns_, node_count_, sums_, counts_.View()});
+    SetDiagonal();
+    Start(limits.tolerance);
+    executor_.Repeat(
+        limits.max_iterations, counts_, [this] { Iterate(); },
+        [](const int64_t* counts) { return counts[kIsLive] == 0; });
+  }
+
+ private:
+  template <class T>
+  using Array = Buffer<E, T>;
+
+  void SetDiagonal() {
+    executor_.ForEach("take the diagonal", node_count_,
+                      InvertDiagonalBody<Operator>{matrix, inverse_diagonal_.View()});
+  }
+
+  GradientVectors Vectors() {
+    return {ReadOnly(inverse_diagonal_.View()),
+            ReadOnly(right_side.View()),
+            x.View(),
+            residual_.View(),
+            direction_.View(),
+            product_.View(),
+            ReadOnly(numbers_.View())};
+  }
+
+  // Runs as many elements as the solve has left, none once it has ended.
+  template <class Body>
+  void ForLive(const char* description, int place, int64_t count, const Body& body) {
+    executor_.ForEachOf(description, count, {counts_.View().data + place, 1}, body);
+  }
+
+  void Apply(const Array<float>& to) {
+    for (int pass = 0; pass < Operator::kPasses; ++pass) {
+      ForLive("apply the matrix", kLiveNodes, node_count_,
+              ApplyBody<Operator>{matrix, pass, to.View(), scratch_.View(), product_.View()});
+    }
+  }
+
+  template <class Term>
+  void Sum(const Term& term) {
+    constexpr int64_t kPerBlock = kNodesPerSum * Operator::kUnknowns;
+    ForLive("sum", kLiveSums, sums_,
+            PartialSumBody<Term>{unknowns_, kPerBlock, term, partial_.View()});
+  }
+  template <class Body>
+  void Decide(const char* description, Body body) {
+    body.partial = ReadOnly(partial_.View());
+    body.counts = counts_.View();
+    body.numbers = numbers_.View();
+    OrderedTotal<E>::Decide(executor_, description, {counts_.View().data + kIsLive, 1}, body);
+  }
+
+  void Start(double tolerance) {
+    Apply(x);
+    ForLive("start", kLiveUnknowns, unknowns_, StartBody{Vectors()});
+    Sum(SquareTerm{ReadOnly(right_side.View()), ReadOnly(inverse_diagonal_.View())});
+    SetGoalBody set_goal;
+    set_goal.tolerance = tolerance;
+    Decide("set the goal", set_goal);
+    Sum(ProductTerm{ReadOnly(residual_.View()), ReadOnly(direction_.View())});
+    Decide("begin", BeginBody());
+  }
+
+  void Iterate() {
+    Apply(direction_);
+    Sum(ProductTerm{ReadOnly(direction_.View()), ReadOnly(product_.View())});
+    Decide("choose the step", ChooseStepBody());
+    ForLive("move", kLiveUnknowns, unknowns_, MoveBody{Vectors()});
+    Sum(SquareTerm{ReadOnly(residual_.View()), ReadOnly(inverse_diagonal_.View())});
+    Decide("choose the carry", ChooseCarryBody());
+    ForLive("turn", kLiveUnknowns, unknowns_, TurnBody{Vectors()});
+  }
+
+  E& executor_;
+  int64_t node_count_, unknowns_, sums_;
+  Array<float> residual_, direction_, product_, scratch_;
+  Array<double> partial_, numbers_;
+  Array<int64_t> counts_;
+  Array<float> inverse_diagonal_;
+};
+
+}  // namespace amhex::fields
