@@ -41,18 +41,16 @@ class EmulatedFields : public EmulatedDeviceTest {
     const OwnedLinks links(s.grid.fine(), s.codes, s.run);
     const OwnedHullNodes at_hull(s.grid.fine());
     const HullQueries queries(s.hull.vertices, s.hull.triangles);
-    ResidentSlot links_there, expected_there, closed_there;
+    ResidentSlot links_there, frames_there, sizes_there, closed_there;
     LatticeTask task;
     task.nodes = s.grid.Cells();
     task.links = links.View(), task.links_there = &links_there;
     task.rotations = {kAxisRotations.data(), kRotationCount};
-    task.expected = {{s.frames.data(), s.grid.count()},
-                     {s.sizes.data(), s.grid.count()},
-                     s.grid.spacing,
-                     &expected_there};
+    task.expected = {
+        {s.frames.data(), s.grid.count()}, {s.sizes.data(), s.grid.count()}, s.grid.spacing};
+    task.form_there = {&frames_there, &sizes_there, &closed_there};
     task.at_hull = at_hull.View();
-    task.closed = {{&s.form.increments.data()->data()->x, kIncrements * s.grid.count()},
-                   &closed_there};
+    task.closed = {&s.form.increments.data()->data()->x, kIncrements * s.grid.count()};
     task.course = CourseOf(settings, slice_);
     task.hull = queries.view(), task.resident = &queries.resident();
     task.should_stop = [&s] { return s.run.ShouldStop(); };

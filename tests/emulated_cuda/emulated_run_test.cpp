@@ -37,7 +37,7 @@ class EmulatedRun : public EmulatedDeviceTest {
 // finds out here.
 TEST_F(EmulatedRun, CopiesAndWaitsNoMoreThanItDid) {
   ASSERT_TRUE(MeshBracket(1).ok());
-  EXPECT_LE(controls().uploaded_bytes, 4'700'000);
+  EXPECT_LE(controls().uploaded_bytes, 4'600'000);
   EXPECT_LE(controls().downloaded_bytes, 1'600'000);
   EXPECT_LE(controls().uploads, 46);
   EXPECT_LE(controls().downloads, 40);

@@ -111,7 +111,7 @@ struct GridFields {
   // Of what is there.
   fields::LinkCopies links;
   fields::OwnedHullNodes at_hull;
-  ResidentSlot expected_there;
+  ResidentSlot frames_there, sizes_there;
 };
 
 // What trials of one grid and the same weights share.
@@ -138,6 +138,7 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   orientation_settings.hull_weight = recipe.hull_weight;
   orientation_settings.normal_fading = recipe.normal_fading;
   orientation_settings.device = device;
+  orientation_settings.frames_there = &result.frames_there;
   AMHEX_ASSIGN_OR_RETURN(OrientationField orientation,
                          SolveOrientationField(result.grid, samples, orientation_settings,
                                                slice.Part(kGridDone, kOrientationDone)));
@@ -173,7 +174,10 @@ absl::StatusOr<Sites> SitesOnCpu(const Hull& hull, const GridFields& solved, Sha
   using namespace fields;  // NOLINT: the steps below are all from there
   RunContext& run = slice.run();
   if (!shared.form.has_value()) {
-    shared.form = FormOf(solved.grid, solved.frames, solved.sizes, solved.codes, shared.closed,
+    // A device may be asked for the next trial.
+    Increments closed =
+        solved.device == nullptr ? std::move(shared.closed) : Increments(shared.closed);
+    shared.form = FormOf(solved.grid, solved.frames, solved.sizes, solved.codes, std::move(closed),
                          shared.density, run);
   }
   LatticeForm form = Denser(*shared.form, denser, run);
@@ -209,11 +213,10 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved, SharedF
   task.nodes = solved.grid.Cells();
   task.links = links.View(), task.links_there = &solved.links.of_nodes;
   task.rotations = {kAxisRotations.data(), kRotationCount};
-  task.expected = {view(solved.frames), view(solved.sizes), solved.grid.spacing,
-                   &solved.expected_there};
+  task.expected = {view(solved.frames), view(solved.sizes), solved.grid.spacing};
+  task.form_there = {&solved.frames_there, &solved.sizes_there, &shared.closed_there};
   task.at_hull = solved.at_hull.View();
-  task.closed = {{&shared.closed.data()->data()->x, kIncrements * solved.grid.count()},
-                 &shared.closed_there};
+  task.closed = {&shared.closed.data()->data()->x, kIncrements * solved.grid.count()};
   task.density = shared.density, task.denser = denser;
   task.course = CourseOf({}, slice.Part(0, kPhaseDone));
   task.hull = hull.queries->view_if_here(), task.resident = &hull.queries->resident();
@@ -253,7 +256,7 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
     auto form = forms.find(recipe.Weights());
     if (form == forms.end()) {
       // The solve needs the room.
-      solved->expected_there.reset();
+      solved->sizes_there.reset();
       for (auto& [weights, other] : forms) other.closed_there.reset();
       AMHEX_ASSIGN_OR_RETURN(SharedForm closed,
                              SolveForm(*solved, recipe, slice.Part(kSizeDone, kLatticeDone)));

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "base/array_view.h"
-#include "exec/resident_slot.h"
 #include "fields/frame_math.h"
 #include "fields/linear_operators.h"
 #include "fields/quartic_form.h"
@@ -22,13 +21,7 @@ using CellSteps = std::array<Vec3d, 3>;
 struct ExpectedView {
   ArrayView<const Quaternion> frames;
   ArrayView<const Vec3d> sizes;
-  double spacing = 0;                // of the grid
-  ResidentSlot* resident = nullptr;  // null: copied for every task
-
-  template <class Visit>
-  void VisitArrays(const Visit& visit) {
-    visit(frames), visit(sizes);
-  }
+  double spacing = 0;  // of the grid
 };
 
 // The arrays of a LatticeForm. Where nobody asks for the increments there are none.

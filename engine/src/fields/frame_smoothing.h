@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "exec/resident_slot.h"
 #include "fields/balanced_frame.h"
 #include "fields/frame_math.h"
 #include "fields/grid_keys.h"
@@ -59,6 +60,8 @@ struct SmoothingTask {
   CellCentres cells;                   // of the last level: a device finds its neighbours
   std::vector<Quaternion> frames;      // out: [node_count] of the last level
   ForwardCodes codes;                  // out: likewise
+  // Of the frames on a device, as an ArrayView<const Quaternion>; null: none stays.
+  ResidentSlot* frames_there = nullptr;
   // Both may be empty. The first is asked from several threads. The second is called after each
   // level with its number.
   std::function<bool()> should_stop;

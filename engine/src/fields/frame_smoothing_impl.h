@@ -25,6 +25,12 @@ struct InheritFrameBody {
   }
 };
 
+struct CopyFrameBody {
+  ArrayView<const Quaternion> from;
+  ArrayView<Quaternion> to;
+  AMHEX_HD void operator()(int64_t node) const { to[node] = from[node]; }
+};
+
 // One element per node of a colour: reads nodes of other colours, writes its own.
 struct SmoothFrameBody {
   SmoothingLevel level;
@@ -53,7 +59,8 @@ class FrameSmoothing {
   FrameSmoothing(E& executor, SmoothingTask& task)
       : executor_(executor), task_(task), arrays_(executor) {}
 
-  // Memory where bodies run, at its peak, without what the executor needs of its own.
+  // Memory where bodies run, at its peak, without what the executor needs of its own. Frames that
+  // stay take less than the forms, which are gone by then.
   static int64_t Bytes(const SmoothingTask& task) {
     constexpr int64_t kOfNode =
         sizeof(Quaternion) + sizeof(QuarticForm) + sizeof(ForwardCodes::value_type);
@@ -79,6 +86,7 @@ class FrameSmoothing {
     executor_.CopyOutLater(codes_, codes_.size(), codes.data());
     executor_.Synchronize();
     if (executor_.Stopped()) return false;
+    if (task_.frames_there != nullptr) KeepFrames();
     task_.frames = std::move(frames);
     task_.codes = std::move(codes);
     return true;
@@ -87,6 +95,15 @@ class FrameSmoothing {
  private:
   template <class T>
   using Array = Buffer<E, T>;
+
+  void KeepFrames() {
+    Resident<E>(*task_.frames_there, [this](UploadedArrays<E>& arrays) {
+      const auto kept = arrays.template AddArray<Quaternion>(frames_.size());
+      arrays.executor().ForEach("keep frames", kept.size,
+                                CopyFrameBody{ReadOnly(frames_.View()), kept});
+      return ReadOnly(kept);
+    });
+  }
 
   // All at once: most are small. Neighbours on the last one follow from its cells.
   std::vector<SmoothingLevel> UploadLevels() {

@@ -72,8 +72,10 @@ class SitesOfLattice {
     constexpr int64_t kLattice = sizeof(Quaternion) + 2 * sizeof(Vec3d);
     const int64_t links = *task.links_there != nullptr ? 0 : UploadedArrays<E>::Bytes(task.links);
     return links + ResidentHullBytes<E>(task.hull, *task.resident) +
-           BytesOfViewsThere<E>(task.nodes) + BytesOfViewsThere<E>(task.expected) +
-           BytesOfViewsThere<E>(task.at_hull) + BytesOfViewsThere<E>(task.closed) +
+           BytesOfViewsThere<E>(task.nodes) + BytesOfViewsThere<E>(task.at_hull) +
+           BytesToCome(task.expected.frames, *task.form_there.frames) +
+           BytesToCome(task.expected.sizes, *task.form_there.sizes) +
+           BytesToCome(task.closed, *task.form_there.increments) +
            Larger(Larger(PhaseSolve<E>::Bytes(count), SiteClustering<E>::CountBytes(count)),
                   count * kLattice + SiteClustering<E>::Bytes(count));
   }
@@ -106,11 +108,21 @@ class SitesOfLattice {
   void Upload() {
     hull_ = ResidentHull<E>(task_.hull, *task_.resident);
     nodes_ = ViewsThere(arrays_, task_.nodes);
-    expected_ = ViewsThere(arrays_, task_.expected);
+    expected_ = {ArrayThere(task_.expected.frames, *task_.form_there.frames),
+                 ArrayThere(task_.expected.sizes, *task_.form_there.sizes), task_.expected.spacing};
     at_hull_ = ViewsThere(arrays_, task_.at_hull);
-    closed_ = ViewsThere(arrays_, task_.closed);
+    closed_ = ArrayThere(task_.closed, *task_.form_there.increments);
     rotations_ = arrays_.UploadArray(task_.rotations);
     links_ = LinksThere();
+  }
+  template <class T>
+  static int64_t BytesToCome(ArrayView<const T> host, const ResidentSlot& slot) {
+    return slot != nullptr ? 0 : host.size * static_cast<int64_t>(sizeof(T));
+  }
+  template <class T>
+  static ArrayView<const T> ArrayThere(ArrayView<const T> host, ResidentSlot& slot) {
+    return Resident<E>(slot,
+                       [host](UploadedArrays<E>& arrays) { return arrays.UploadArray(host); });
   }
   NodeLinks LinksThere() {
     return Resident<E>(*task_.links_there, [this](UploadedArrays<E>& arrays) {
@@ -128,7 +140,7 @@ class SitesOfLattice {
   Array<CellSteps> FindSteps() {
     Array<CellSteps> steps = executor_.template Alloc<CellSteps>(count_);
     executor_.ForEach("find steps", count_,
-                      FindStepsBody{links_, expected_, closed_.increments, steps.View()});
+                      FindStepsBody{links_, expected_, closed_, steps.View()});
     return steps;
   }
 
@@ -155,8 +167,7 @@ class SitesOfLattice {
     if (with == With::kIncrements) {
       form.increments = executor_.template Alloc<float>(kIncrements * count_);
       const ArrayView<float> increments = form.increments.View();
-      executor_.ForEach("copy increments", increments.size,
-                        CopyNumbersBody{closed_.increments, increments});
+      executor_.ForEach("copy increments", increments.size, CopyNumbersBody{closed_, increments});
       executor_.ForEach("scale increments", increments.size,
                         ScaleIncrementsBody{scale_, increments});
       executor_.ForEach("scale increments", increments.size,
@@ -265,7 +276,7 @@ class SitesOfLattice {
   CellCentres nodes_;
   ExpectedView expected_;
   HullNodes at_hull_;
-  ClosedView closed_;
+  ArrayView<const float> closed_;
   NodeLinks links_;
   ArrayView<const AxisRotation> rotations_;
 };

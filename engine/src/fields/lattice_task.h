@@ -16,15 +16,12 @@
 
 namespace amhex::fields {
 
-// The increments of a closed form. On a device they stay for the trials that share it.
-struct ClosedView {
-  ArrayView<const float> increments;  // [node][d][axis]
-  ResidentSlot* resident = nullptr;   // null: copied for every task
-
-  template <class Visit>
-  void VisitArrays(const Visit& visit) {
-    visit(increments);
-  }
+// Copies that earlier tasks may have made and later ones will use, each of one array as a view;
+// none is null.
+struct FormSlots {
+  ResidentSlot* frames = nullptr;      // expected ones
+  ResidentSlot* sizes = nullptr;       // likewise
+  ResidentSlot* increments = nullptr;  // closed ones
 };
 
 struct LatticeSite {
@@ -41,7 +38,8 @@ struct LatticeTask {
   ArrayView<const AxisRotation> rotations;  // kAxisRotations
   ExpectedView expected;
   HullNodes at_hull;
-  ClosedView closed;
+  ArrayView<const float> closed;  // increments, [node][d][axis]
+  FormSlots form_there;
   double density = 1;  // of the form, cells per edge length cubed
   double denser = 1;   // than that this lattice is to be so many times
   PhaseCourse course;

@@ -151,6 +151,7 @@ absl::StatusOr<OrientationField> SolveOrientationField(const BackgroundGrid& gri
   SmoothingTask task;
   task.levels = ViewLevels(grid, hull, settings);
   task.cells = grid.Cells();
+  task.frames_there = settings.frames_there;
   task.should_stop = [&slice] { return slice.run().ShouldStop(); };
   task.on_level = [&](int32_t level) {
     const int64_t done = task.levels[level].node_count();

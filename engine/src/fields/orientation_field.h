@@ -25,6 +25,7 @@ struct OrientationSettings {
   double normal_fading = 0;  // share of that weight lost on the way to kHullReach below the hull
   DeviceUse* device =
       nullptr;  // where the sweeps run; null: on the CPU. The same frames, to the bit
+  ResidentSlot* frames_there = nullptr;  // of the frames on it; null: none stays
 };
 
 // Of the finest level.
