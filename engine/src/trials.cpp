@@ -24,6 +24,7 @@
 #include "optimize/raise_quality.h"
 #include "optimize/refill_places.h"
 #include "optimize/report_cells.h"
+#include "optimize/split_at_gaps.h"
 #include "output/finalize_mesh.h"
 #include "output/validate.h"
 #include "placed_loss.h"
@@ -91,7 +92,8 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 constexpr int kMaxFillings = 3;
 
 // A placed trial with its poor places refilled, its average raised and its boundary drawn to the
-// hull, where `is_followed` does not say that both have been done before.
+// hull, where `is_followed` does not say that both have been done before; and with more vertices
+// where it stays too far away.
 absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
                                              bool is_followed, const Improvement& with,
                                              RunContext& run) {
@@ -106,6 +108,7 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
       AMHEX_ASSIGN_OR_RETURN(refilled,
                              FollowHull(std::move(refilled), with.hull, with.features, run));
     }
+    AMHEX_ASSIGN_OR_RETURN(refilled, SplitAtGaps(refilled, with.hull, with.features, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {

@@ -30,16 +30,29 @@ constexpr double kBeyondFaces = 0.35;
 constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 constexpr double kBinSize = 1.0;
 
-std::vector<Vec3d> HullPoints(const Hull& hull, const StopPoll& poll) {
+// [point] 1 where an input point is farther than `distance` from the boundary.
+std::vector<uint8_t> AreBeyond(double distance, const Hull& hull, const HullQueries& boundary,
+                               const StopPoll& poll) {
+  std::vector<uint8_t> beyond(hull.input_points.size());
+  tbb::parallel_for(size_t{0}, beyond.size(), [&](size_t i) {
+    poll.At(static_cast<int64_t>(i));
+    beyond[i] = boundary.IsWithin(hull.input_points[i], distance) ? 0 : 1;
+  });
+  return beyond;
+}
+
+std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, const StopPoll& poll) {
   std::vector<Vec3d> points = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
-  // One of the input's own points in each cube of a grid: they are on ridges and tips.
+  // One of the input's own points in each cube of a grid: they are on ridges and tips. And all
+  // that are far away: the very tip may be another one of its cube.
+  const std::vector<uint8_t> is_far = AreBeyond(LimitsFor(hull).free, hull, boundary, poll);
   absl::flat_hash_set<std::array<int32_t, 3>> taken;
-  int64_t visited = 0;
-  for (const Vec3d& p : hull.input_points) {
-    poll.At(++visited);
+  for (size_t i = 0; i < hull.input_points.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
+    const Vec3d& p = hull.input_points[i];
     std::array<int32_t, 3> cube;
     for (int a = 0; a < 3; ++a) cube[a] = static_cast<int32_t>(std::floor(p[a] / kPointSpacing));
-    if (taken.insert(cube).second) points.push_back(p);
+    if (taken.insert(cube).second || is_far[i]) points.push_back(p);
   }
   return points;
 }
@@ -92,6 +105,21 @@ FaceCorners CornersOf(const CellFace& face, const std::vector<Vec3d>& vertices) 
   return corners;
 }
 
+HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll) {
+  std::vector<Vec3d> vertices;
+  std::vector<std::array<int32_t, 3>> triangles;
+  for (const CellFace& face : complex.hull_faces) {
+    const FaceCorners corners = CornersOf(face, complex.vertices);
+    VisitTriangles(corners.corner, corners.count,
+                   [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+                     const auto first = static_cast<int32_t>(vertices.size());
+                     vertices.insert(vertices.end(), {a, b, c});
+                     triangles.push_back({first, first + 1, first + 2});
+                   });
+  }
+  return {vertices, triangles, poll};
+}
+
 void SortWorstFirst(std::vector<Gap>* gaps) {
   std::stable_sort(gaps->begin(), gaps->end(),
                    [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
@@ -109,7 +137,7 @@ DeviationLimits LimitsFor(const Hull& hull) {
 HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
     : hull_(hull),
       placement_(placement),
-      points_(HullPoints(hull, poll)),
+      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), poll)),
       crease_points_(CreasePoints(placement.features.view())),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),
@@ -117,19 +145,7 @@ HullSampling::HullSampling(const Hull& hull, const Placement& placement, const S
       face_index_(face_middles_, kBinSize) {}
 
 std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll) const {
-  const CellComplex& complex = placement_.complex;
-  std::vector<Vec3d> vertices;
-  std::vector<std::array<int32_t, 3>> triangles;
-  for (const CellFace& face : complex.hull_faces) {
-    const FaceCorners corners = CornersOf(face, complex.vertices);
-    VisitTriangles(corners.corner, corners.count,
-                   [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-                     const auto first = static_cast<int32_t>(vertices.size());
-                     vertices.insert(vertices.end(), {a, b, c});
-                     triangles.push_back({first, first + 1, first + 2});
-                   });
-  }
-  const HullQueries boundary(vertices, triangles, poll);
+  const HullQueries boundary = BoundaryOf(placement_.complex, poll);
   std::vector<Gap> found(points_.size() + face_middles_.size());
   tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
     poll.At(static_cast<int64_t>(i));

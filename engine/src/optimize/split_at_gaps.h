@@ -1,0 +1,26 @@
+// Puts vertices into the boundary where it stays too far from the hull because none is there.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
+#include "assembly/cell_complex.h"
+#include "input/hull.h"
+#include "optimize/hull_features.h"
+
+namespace amhex {
+
+// For a complex that has been drawn to its hull (follow_hull.h). Where a sample is still farther
+// away than is wanted, a vertex on the hull divides the nearest face of the boundary or one of its
+// edges, and the cells there become pyramids and tetrahedra around it: four to eight more cells.
+// Vertices around then move to where the cells are best. It stays where the distance falls to what
+// is wanted, or by half of what it is beyond that, no cell becomes poorer than the poorest around
+// was or 0.31, and the boundary neither touches nor crosses itself. A handful of places, the
+// farthest first; nothing is done where there are more, for then the hull is rougher than cells of
+// this size can follow.
+//
+// Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
+// RunStopped is thrown where no status can be returned.
+absl::StatusOr<CellComplex> SplitAtGaps(const CellComplex& complex, const Hull& hull,
+                                        const HullFeatures& features, const RunContext& run);
+
+}  // namespace amhex
