@@ -13,6 +13,7 @@
 
 #include "closure/cavities.h"
 #include "closure/hull_patch.h"
+#include "closure/least_scores.h"
 #include "closure/star_fill.h"
 #include "closure/star_geometry.h"
 #include "input/hull_queries.h"
@@ -22,7 +23,7 @@ namespace {
 
 // Parts of a network: open faces whose centres are this near to a seed's, in edge lengths.
 constexpr double kRadii[] = {0.85, 1.3, 2.0};
-constexpr int kBeamWidth = 4;
+constexpr size_t kBeamWidth = 4;
 // Depths without a better star after which a part with a good one grows no more.
 constexpr int kPatience = 2;
 constexpr size_t kMaxWalls = 70;
@@ -34,6 +35,8 @@ constexpr double kOtherRemoved = -0.9;
 constexpr double kMinKernelDepth = 0.02;
 constexpr double kWantedKernelDepth = 0.2;
 constexpr double kKernelWeight = 40;
+// The least score that is still asked for may be off by rounding.
+constexpr double kDepthSlack = 1e-9;
 constexpr double kVisibleQuality = 0.12;
 constexpr double kSolidAngleTolerance = 0.1;
 
@@ -49,7 +52,7 @@ struct Carving {
 
 // A set of absorbed cells and the walls of the void that they and the part leave.
 struct Part {
-  double score = 0;
+  double bound = 0;  // of its score, whatever its kernel
   std::vector<int> cells;
   std::vector<CellFace> walls;       // looking in
   std::vector<CellFace> kept_open;   // open faces of absorbed cells outside of the part, looking in
@@ -78,6 +81,7 @@ class PartSearch {
     std::sort(closed_.begin(), closed_.end());
     std::vector<Part> beam(1);
     if (!Update(&beam[0])) return;
+    FindKernelOf(&beam[0], -1e300);
     Evaluate(beam[0]);
     std::set<std::vector<int>> seen;
     int depths_without_gain = 0;
@@ -108,10 +112,28 @@ class PartSearch {
         if (seen->insert(grown.cells).second && Update(&grown)) next.push_back(std::move(grown));
       }
     }
-    std::stable_sort(next.begin(), next.end(),
-                     [](const Part& a, const Part& b) { return a.score < b.score; });
-    if (next.size() > kBeamWidth) next.resize(kBeamWidth);
-    return next;
+    return KeepBest(std::move(next));
+  }
+
+  // The most promising ones, with their kernels.
+  std::vector<Part> KeepBest(std::vector<Part> parts) const {
+    std::vector<double> bounds;
+    bounds.reserve(parts.size());
+    for (const Part& part : parts) bounds.push_back(part.bound);
+    const auto score = [&](const std::vector<size_t>& some, double most,
+                           std::vector<double>* scores) {
+      for (size_t i = 0; i < some.size(); ++i) {
+        Part& part = parts[some[i]];
+        FindKernelOf(&part, kWantedKernelDepth - (most - part.bound) / kKernelWeight - kDepthSlack);
+        (*scores)[i] =
+            part.bound + kKernelWeight * std::max(0.0, kWantedKernelDepth - part.kernel.depth);
+      }
+    };
+    std::vector<Part> best;
+    for (const size_t i : LeastScores(bounds, kBeamWidth, 1, score)) {
+      best.push_back(std::move(parts[i]));
+    }
+    return best;
   }
 
   bool Update(Part* part) {
@@ -135,13 +157,12 @@ class PartSearch {
       }
     }
     if (part->walls.empty() || part->walls.size() > kMaxWalls) return false;
-    FindKernelOf(part);
-    part->score = AbsorbedCost(*part) + kCostPerFace * static_cast<double>(part->walls.size()) +
-                  kKernelWeight * std::max(0.0, kWantedKernelDepth - part->kernel.depth);
+    part->bound = AbsorbedCost(*part) + kCostPerFace * static_cast<double>(part->walls.size());
     return true;
   }
 
-  void FindKernelOf(Part* part) const {
+  // `hopeless` as of FindKernel.
+  void FindKernelOf(Part* part, double hopeless) const {
     const auto& x = mesh_.vertices();
     std::vector<KernelPlane> planes;
     Vec3d start;
@@ -152,7 +173,7 @@ class PartSearch {
         for (int j = 0; j < face.count; ++j) start += x[face.v[j]], ++count;
       }
     }
-    part->kernel = FindKernel(planes, start / count);
+    part->kernel = FindKernel(planes, start / count, hopeless);
   }
 
   double AbsorbedCost(const Part& part) const {

@@ -66,7 +66,7 @@ bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_
   return true;
 }
 
-void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, Region* region) {
+void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, double hopeless, Region* region) {
   const auto& x = mesh.vertices();
   std::vector<KernelPlane> planes;
   Vec3d start;
@@ -86,7 +86,7 @@ void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, Region* region) {
       if (nearest.triangle >= 0) planes.push_back({-nearest.normal, x[v]});
     }
   }
-  region->kernel = FindKernel(planes, start / count);
+  region->kernel = FindKernel(planes, start / count, hopeless);
 }
 
 std::vector<int> CellsAround(const WorkingMesh& mesh, const Region& region) {

@@ -24,8 +24,9 @@ struct Region {
 bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_walls,
                   Region* region);
 
-// Sets the kernel of the walls and of the hull's tangent planes at the loops' vertices.
-void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, Region* region);
+// Sets the kernel of the walls and of the hull's tangent planes at the loops' vertices; `hopeless`
+// as of FindKernel.
+void UpdateKernel(const WorkingMesh& mesh, const Hull& hull, double hopeless, Region* region);
 
 // Living cells behind the walls, ascending, without those already absorbed.
 std::vector<int> CellsAround(const WorkingMesh& mesh, const Region& region);

@@ -9,6 +9,7 @@
 
 #include "closure/hull_apex.h"
 #include "closure/hull_patch.h"
+#include "closure/least_scores.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -177,19 +178,23 @@ void TryHullStar(const WorkingMesh& mesh, const Hull& hull, const Region& region
   *best = std::move(filling);
 }
 
-// How promising a region is, before any star has been tried.
-double RegionScore(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
+// How promising a region is, before any star has been tried, is its bound and what its kernel
+// lacks.
+double ScoreBound(const WorkingMesh& mesh, const FillWeights& weights, const Region& region) {
   return AbsorbedCost(mesh, weights, region) +
-         kCostPerFace * static_cast<double>(region.walls.size()) +
-         kKernelWeight * std::max(0.0, kWantedKernelDepth - region.kernel.depth);
+         kCostPerFace * static_cast<double>(region.walls.size());
 }
 
 struct Candidate {
-  double score;
+  double bound;  // of the score
   Region region;
 };
 
 constexpr double kRejected = 1e300;
+// Candidates whose kernels are sought side by side.
+constexpr size_t kKernelsAtOnce = 16;
+// The least score that is still asked for may be off by rounding.
+constexpr double kDepthSlack = 1e-9;
 
 // Every region of the beam with one neighbour more, each set of cells once.
 std::vector<Candidate> NextCandidates(const WorkingMesh& mesh, const std::vector<Candidate>& beam,
@@ -208,19 +213,41 @@ std::vector<Candidate> NextCandidates(const WorkingMesh& mesh, const std::vector
   return next;
 }
 
-// Walls, kernels and scores; candidates that break a limit are dropped. Each is judged on its
-// own, so that the result does not depend on the number of threads.
-void ScoreCandidates(const WorkingMesh& mesh, const Hull& hull, const Cavities& cavities,
-                     const FillWeights& weights, const GrowthLimits& limits,
-                     std::vector<Candidate>* candidates) {
+// Walls and bounds; candidates that break a limit are dropped. Each is judged on its own, so that
+// the result does not depend on the number of threads.
+void BoundCandidates(const WorkingMesh& mesh, const Cavities& cavities, const FillWeights& weights,
+                     const GrowthLimits& limits, std::vector<Candidate>* candidates) {
   oneapi::tbb::parallel_for(size_t{0}, candidates->size(), [&](size_t i) {
     Region& region = (*candidates)[i].region;
     if (!UpdateRegion(mesh, cavities, limits.max_walls, &region)) return;
     if (limits.forbid_cavities && !region.cavities.empty()) return;
-    UpdateKernel(mesh, hull, &region);
-    (*candidates)[i].score = RegionScore(mesh, weights, region);
+    (*candidates)[i].bound = ScoreBound(mesh, weights, region);
   });
-  std::erase_if(*candidates, [](const Candidate& c) { return c.score == kRejected; });
+  std::erase_if(*candidates, [](const Candidate& c) { return c.bound == kRejected; });
+}
+
+// The most promising ones, with their kernels.
+std::vector<Candidate> KeepBest(const WorkingMesh& mesh, const Hull& hull, size_t width,
+                                std::vector<Candidate> candidates) {
+  std::vector<double> bounds;
+  bounds.reserve(candidates.size());
+  for (const Candidate& candidate : candidates) bounds.push_back(candidate.bound);
+  const auto score = [&](const std::vector<size_t>& some, double most,
+                         std::vector<double>* scores) {
+    oneapi::tbb::parallel_for(size_t{0}, some.size(), [&](size_t i) {
+      Candidate& candidate = candidates[some[i]];
+      const double least_depth = kWantedKernelDepth - (most - candidate.bound) / kKernelWeight;
+      UpdateKernel(mesh, hull, least_depth - kDepthSlack, &candidate.region);
+      (*scores)[i] =
+          candidate.bound +
+          kKernelWeight * std::max(0.0, kWantedKernelDepth - candidate.region.kernel.depth);
+    });
+  };
+  std::vector<Candidate> best;
+  for (const size_t i : LeastScores(bounds, width, kKernelsAtOnce, score)) {
+    best.push_back(std::move(candidates[i]));
+  }
+  return best;
 }
 
 }  // namespace
@@ -278,7 +305,7 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
   std::vector<Candidate> beam;
   for (Region& seed : seeds) {
     if (!UpdateRegion(mesh, cavities, limits.max_walls, &seed)) continue;
-    UpdateKernel(mesh, hull, &seed);
+    UpdateKernel(mesh, hull, -1e300, &seed);
     if (seed.kernel.depth < limits.min_seed_depth) continue;
     EvaluateRegion(mesh, hull, weights, seed, &best);
     beam.push_back({0, std::move(seed)});
@@ -288,12 +315,9 @@ std::optional<StarFilling> GrowStar(const WorkingMesh& mesh, const Hull& hull,
   for (int depth = 1; depth <= limits.depth; ++depth) {
     if (limits.run != nullptr && limits.run->ShouldStop()) return std::nullopt;
     std::vector<Candidate> next = NextCandidates(mesh, beam, &seen);
-    ScoreCandidates(mesh, hull, cavities, weights, limits, &next);
+    BoundCandidates(mesh, cavities, weights, limits, &next);
     if (next.empty()) break;
-    std::stable_sort(next.begin(), next.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
-    if (next.size() > static_cast<size_t>(limits.beam_width)) next.resize(limits.beam_width);
-    beam = std::move(next);
+    beam = KeepBest(mesh, hull, static_cast<size_t>(limits.beam_width), std::move(next));
     const double before = best.cost;
     for (const Candidate& candidate : beam) {
       EvaluateRegion(mesh, hull, weights, candidate.region, &best);

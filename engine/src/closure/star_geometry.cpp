@@ -223,7 +223,11 @@ void AppendKernelPlanes(const CellFace& face, const std::vector<Vec3d>& x,
   }
 }
 
-KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start) {
+KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start,
+                       double hopeless) {
+  // The depth of a point changes by no more than the point moves. The slack is for rounding.
+  constexpr double kTravelPerStep = 1 / (1 - kKernelStepDecay);
+  constexpr double kSlack = 1e-6;
   const PlaneTable table(planes);
   KernelPoint best{start, -1e300};
   Vec3d p = start;
@@ -232,6 +236,7 @@ KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& star
     double depth = 1e300;
     const size_t nearest = table.Nearest(p, &depth);
     if (depth > best.depth) best = {p, depth};
+    if (best.depth < hopeless && depth + step * kTravelPerStep < hopeless - kSlack) break;
     p += planes[nearest].normal * step;
     step *= kKernelStepDecay;
   }

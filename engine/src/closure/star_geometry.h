@@ -28,12 +28,14 @@ void AppendKernelPlanes(const CellFace& face, const std::vector<Vec3d>& vertices
                         std::vector<KernelPlane>* planes);
 
 // The point with the greatest distance to all planes (by steepest ascent), and that distance in
-// edge lengths; negative if the planes have no common point.
+// edge lengths; negative if the planes have no common point. Where it is found to be below
+// `hopeless`, the search ends with some depth below that.
 struct KernelPoint {
   Vec3d point;
   double depth = -1;
 };
-KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start);
+KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start,
+                       double hopeless = -1e300);
 
 // Moves `apex` to raise the minimum quality, from steps of `first_step` down; returns it.
 double ImproveApex(const std::vector<CellFace>& faces, const std::vector<Vec3d>& vertices,
