@@ -29,6 +29,8 @@ constexpr size_t kMostPlaces = 8;
 constexpr double kSamePlace = 1.0;
 // How far around a gap distances are measured: the faces at its vertex reach no farther.
 constexpr double kSeenAround = 2.0;
+// What is farther away is lost (gap_closer).
+constexpr double kLost = 1.0;
 // As follow_hull.
 constexpr double kLeastQuality = 0.31;
 // Of what a distance is beyond the limit, this must go.
@@ -235,8 +237,18 @@ class GapSplitter {
 
   static bool AreSame(const Gap& a, const Gap& b) { return Norm(a.sample - b.sample) < kSamePlace; }
 
+  // An input point may be on neither.
+  bool IsOnHull(const Vec3d& p) const { return hull_.queries->Closest(p).distance < limits_.free; }
+  bool IsOnBoundary(const Vec3d& p) const {
+    constexpr double kRounding = 1e-6;
+    return std::any_of(complex_.hull_faces.begin(), complex_.hull_faces.end(),
+                       [&](const CellFace& face) {
+                         return DistanceToFace(p, face, complex_.vertices) < kRounding;
+                       });
+  }
+
   // What is beyond the limit, farthest first, and each place once; one more than may be tried if
-  // there are so many.
+  // there are so many. Without what is lost and what is no part of the hull.
   std::vector<Gap> Places() {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex_, features_, poll);
@@ -244,6 +256,7 @@ class GapSplitter {
     std::vector<Gap> places;
     for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll)) {
       if (places.size() > kMostPlaces) break;
+      if (gap.distance > kLost || (!IsOnHull(gap.sample) && !IsOnBoundary(gap.sample))) continue;
       const bool is_known = std::any_of(places.begin(), places.end(),
                                         [&](const Gap& place) { return AreSame(place, gap); });
       if (!is_known) places.push_back(gap);
@@ -255,7 +268,7 @@ class GapSplitter {
   absl::Status SplitAt(const Gap& gap) {
     AMHEX_RETURN_IF_ERROR(run_.CheckStop());
     const StopPoll poll(run_);
-    const bool is_hulls = hull_.queries->Closest(gap.sample).distance < limits_.free;
+    const bool is_hulls = IsOnHull(gap.sample);
     const Vec3d& on_hull = is_hulls ? gap.sample : gap.nearest;
     const Vec3d& on_mesh = is_hulls ? gap.nearest : gap.sample;
     std::vector<Candidate> candidates = Candidates(on_hull, on_mesh);

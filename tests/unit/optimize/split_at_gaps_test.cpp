@@ -119,6 +119,14 @@ TEST(SplitAtGaps, LeavesAHullThatIsRoughAllOverAsItIs) {
   EXPECT_EQ(split.cells, complex.cells);
 }
 
+TEST(SplitAtGaps, ReachesForNoPointOfTheInputThatIsOffTheHull) {
+  Hull hull = HullWith({});
+  hull.input_points.push_back({3.5, 3.5, kSize.nz + 0.6});
+  hull.input_points.push_back({5.5, 3.5, kSize.nz + 5.0});
+  const CellComplex complex = GridComplex(kSize);
+  EXPECT_EQ(Split(complex, hull).cells, complex.cells);
+}
+
 TEST(SplitAtGaps, IsTheSameAtAnyThreadCount) {
   const Hull hull = HullWith({{{3, 3}, {1, 5}, {5, 1}}, 0.5});
   CellComplex complex = GridComplex(kSize);
