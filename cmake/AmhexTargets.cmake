@@ -10,6 +10,10 @@ endif()
 
 if(AMHEX_SANITIZE)
   add_compile_options(-fsanitize=${AMHEX_SANITIZE} -fno-omit-frame-pointer -g)
+  # What the sanitizers add keeps GCC from seeing that a value is there whenever it is used.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
+  endif()
   add_link_options(-fsanitize=${AMHEX_SANITIZE})
 endif()
 
