@@ -24,11 +24,11 @@
 #include "optimize/raise_quality.h"
 #include "optimize/refill_places.h"
 #include "optimize/report_cells.h"
-#include "optimize/split_at_gaps.h"
 #include "output/finalize_mesh.h"
 #include "output/validate.h"
 #include "placed_loss.h"
 #include "relax/relaxation.h"
+#include "split_where_paid.h"
 #include "stage.h"
 #include "topology/extract_topology.h"
 
@@ -91,18 +91,6 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 // tried before the run gives up.
 constexpr int kMaxFillings = 3;
 
-// With more vertices where its boundary stays too far from the hull, if the mesh is better for it
-// as placed meshes are compared.
-absl::StatusOr<CellComplex> SplitWherePaid(CellComplex complex, const Improvement& with,
-                                           RunContext& run) {
-  AMHEX_ASSIGN_OR_RETURN(CellComplex split, SplitAtGaps(complex, with.hull, with.features, run));
-  if (split.cells.size() == complex.cells.size()) return complex;
-  const StopPoll poll(run);
-  const double before = LossOf(complex, with, kMendableMinimum, poll).total();
-  const double after = LossOf(split, with, kMendableMinimum, poll).total();
-  return after < before ? std::move(split) : std::move(complex);
-}
-
 // A placed trial with its poor places refilled, its average raised and its boundary drawn to the
 // hull, where `is_followed` does not say that both have been done before; and with more vertices
 // where it stays too far away.
@@ -120,7 +108,8 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
       AMHEX_ASSIGN_OR_RETURN(refilled,
                              FollowHull(std::move(refilled), with.hull, with.features, run));
     }
-    AMHEX_ASSIGN_OR_RETURN(refilled, SplitWherePaid(std::move(refilled), with, run));
+    AMHEX_ASSIGN_OR_RETURN(refilled,
+                           SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {
