@@ -333,26 +333,28 @@ TEST_F(JobManagerTest, OldestResultsGoWhenTheByteBudgetIsNearlySpent) {
   EXPECT_TRUE(Eventually([&] { return manager_->Submit(Everyone(), request).ok(); }));
 }
 
-TEST_F(JobManagerTest, InputThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
-  options_.limits.max_blob_store_bytes = 1900;
-  options_.scarce_blob_age = absl::ZeroDuration();
-  Start();
-  const std::string padding(399, 'x');
-  const std::string first = Submit("succeed 0" + padding + ";");
-  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
-  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
-  EXPECT_EQ(Finished(Submit("succeed 2" + padding + ";")).state(), Job::SUCCEEDED);
-  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first).status()));
+// Two jobs have left blobs that may go; a third one's do not fit beside them.
+class NearlyFullStore : public JobManagerTest {
+ protected:
+  void SetUp() override {
+    JobManagerTest::SetUp();
+    options_.limits.max_blob_store_bytes = 1900;
+    options_.scarce_blob_age = absl::ZeroDuration();
+    Start();
+    first_ = Submit("succeed 0" + padding_ + ";");
+    EXPECT_EQ(Finished(first_).state(), Job::SUCCEEDED);
+    EXPECT_EQ(Finished(Submit("succeed 1" + padding_ + ";")).state(), Job::SUCCEEDED);
+  }
+  const std::string padding_ = std::string(399, 'x');
+  std::string first_;
+};
+
+TEST_F(NearlyFullStore, InputThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
+  EXPECT_EQ(Finished(Submit("succeed 2" + padding_ + ";")).state(), Job::SUCCEEDED);
+  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first_).status()));
 }
 
-TEST_F(JobManagerTest, UploadThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
-  options_.limits.max_blob_store_bytes = 1900;
-  options_.scarce_blob_age = absl::ZeroDuration();
-  Start();
-  const std::string padding(399, 'x');
-  const std::string first = Submit("succeed 0" + padding + ";");
-  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
-  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
+TEST_F(NearlyFullStore, UploadThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
   const std::string bytes(600, 'y');
   amhex::v1::BlobRef blob;
   blob.set_sha256(Sha256Hex(bytes));
@@ -361,18 +363,11 @@ TEST_F(JobManagerTest, UploadThatFindsNoRoomGetsThatOfOlderOnesAtOnce) {
   ASSERT_TRUE(upload.ok()) << upload.status();
   ASSERT_TRUE((*upload)->Write(0, bytes.data(), bytes.size()).ok());
   EXPECT_TRUE(manager_->FinishUpload(Everyone(), blob, upload->get()).ok());
-  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first).status()));
+  EXPECT_TRUE(absl::IsNotFound(manager_->Get(Everyone(), first_).status()));
 }
 
 // Else whoever may upload could have all that others have thrown away, without a byte sent.
-TEST_F(JobManagerTest, RoomIsMadeForNothingThatIsBeyondTheTenantsQuota) {
-  options_.limits.max_blob_store_bytes = 1900;
-  options_.scarce_blob_age = absl::ZeroDuration();
-  Start();
-  const std::string padding(399, 'x');
-  const std::string first = Submit("succeed 0" + padding + ";");
-  EXPECT_EQ(Finished(first).state(), Job::SUCCEEDED);
-  EXPECT_EQ(Finished(Submit("succeed 1" + padding + ";")).state(), Job::SUCCEEDED);
+TEST_F(NearlyFullStore, RoomIsMadeForNothingThatIsBeyondTheTenantsQuota) {
   Caller greedy = Everyone();
   greedy.tenant.name = "greedy";
   greedy.tenant.max_blob_bytes = 500;
@@ -380,7 +375,7 @@ TEST_F(JobManagerTest, RoomIsMadeForNothingThatIsBeyondTheTenantsQuota) {
   blob.set_sha256(Sha256Hex("whatever"));
   blob.set_size_bytes(1000);
   EXPECT_EQ(ReasonOf(manager_->StartUpload(greedy, blob).status()), "QUOTA_EXCEEDED");
-  EXPECT_TRUE(manager_->Get(Everyone(), first).ok());
+  EXPECT_TRUE(manager_->Get(Everyone(), first_).ok());
 }
 
 TEST_F(JobManagerTest, ResultThatFindsNoRoomGetsThatOfOlderOnes) {

@@ -18,6 +18,19 @@ std::array<int32_t, 4> SortedVertices(const CellFace& face) {
 
 }  // namespace
 
+std::vector<int> WithRing(const WorkingMesh& mesh, const CellLists& cells_at,
+                          const std::vector<int>& cells) {
+  std::vector<int> grown;
+  for (const int cell : cells) {
+    for (const int32_t v : VerticesOf(mesh.corners(cell))) {
+      grown.insert(grown.end(), cells_at[v].begin(), cells_at[v].end());
+    }
+  }
+  std::sort(grown.begin(), grown.end());
+  grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
+  return grown;
+}
+
 Excerpt::Excerpt(const WorkingMesh& whole, std::vector<int> cells) : cells_(std::move(cells)) {
   for (const int cell : cells_) {
     for (const int32_t v : VerticesOf(whole.corners(cell))) vertices_.push_back(v);

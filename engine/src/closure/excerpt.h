@@ -9,6 +9,12 @@
 
 namespace amhex {
 
+using CellLists = std::vector<std::vector<int>>;  // [vertex] living cells at it
+
+// The cells and those that share a vertex with any of them, ascending.
+std::vector<int> WithRing(const WorkingMesh& mesh, const CellLists& cells_at,
+                          const std::vector<int>& cells);
+
 class Excerpt {
  public:
   // `cells`: living cells of `whole`, ascending.

@@ -89,20 +89,6 @@ PlaceQuality QualityOf(const CellComplex& complex) {
   return result;
 }
 
-// The cells and those that share a vertex with any of them.
-std::vector<int> WithRing(const WorkingMesh& mesh, const CellLists& cells_at,
-                          const std::vector<int>& cells) {
-  std::vector<int> grown;
-  for (const int cell : cells) {
-    for (const int32_t v : VerticesOf(mesh.corners(cell))) {
-      grown.insert(grown.end(), cells_at[v].begin(), cells_at[v].end());
-    }
-  }
-  std::sort(grown.begin(), grown.end());
-  grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
-  return grown;
-}
-
 // The cells and those that share a face with any of them.
 std::vector<int> WithLayer(const WorkingMesh& mesh, const std::vector<int>& cells) {
   std::vector<int> grown = cells;

@@ -24,8 +24,6 @@ struct Place {
   std::vector<int> cells;  // poor ones and the stars that they belong to, ascending
 };
 
-using CellLists = std::vector<std::vector<int>>;  // [vertex]
-
 // What every place is refilled with; all outlive that.
 struct RefillWith {
   const Hull& hull;

@@ -43,8 +43,6 @@ constexpr size_t kTriesPerPlace = 3;
 // Each try looks at the whole mesh: a second of a core for about so many cells.
 constexpr size_t kMostCellsTried = 40'000;
 
-using CellLists = std::vector<std::vector<int>>;  // [vertex]
-
 bool HasVertex(const CellFace& face, int32_t v) {
   return std::find(face.v.begin(), face.v.begin() + face.count, v) != face.v.begin() + face.count;
 }
@@ -72,20 +70,6 @@ double MinimumOf(const CellComplex& complex) {
     minimum = std::min(minimum, CellQuality(cell, complex.vertices));
   }
   return minimum;
-}
-
-// The cells and those that share a vertex with any of them.
-std::vector<int> WithRing(const WorkingMesh& mesh, const CellLists& cells_at,
-                          const std::vector<int>& cells) {
-  std::vector<int> grown;
-  for (const int cell : cells) {
-    for (const int32_t v : VerticesOf(mesh.corners(cell))) {
-      grown.insert(grown.end(), cells_at[v].begin(), cells_at[v].end());
-    }
-  }
-  std::sort(grown.begin(), grown.end());
-  grown.erase(std::unique(grown.begin(), grown.end()), grown.end());
-  return grown;
 }
 
 // What a new vertex divides: a face of the boundary, or an edge where two of them meet.
