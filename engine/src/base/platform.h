@@ -22,6 +22,14 @@
 #define AMHEX_HAS_VECTOR_WIDTHS 0
 #endif
 
+// For functions that numbers and lanes of numbers share (vector_lanes.h): of lanes there must be no
+// call. On a device there are none.
+#if defined(__CUDACC__)
+#define AMHEX_LANES_TOO AMHEX_HD inline
+#else
+#define AMHEX_LANES_TOO __attribute__((always_inline)) inline
+#endif
+
 namespace amhex {
 
 // Which copy to run; results are the same to the bit.

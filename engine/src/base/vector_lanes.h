@@ -39,7 +39,46 @@ struct VectorLanes {
   AMHEX_LANES_INLINE VectorLanes Cross(const VectorLanes& b) const {
     return {y * b.z - z * b.y, z * b.x - x * b.z, x * b.y - y * b.x};
   }
+  // The names of Vec3's, for what is written for both.
+  AMHEX_LANES_INLINE DoubleLanes& operator[](int axis) {
+    return axis == 0 ? x : (axis == 1 ? y : z);
+  }
+  AMHEX_LANES_INLINE const DoubleLanes& operator[](int axis) const {
+    return axis == 0 ? x : (axis == 1 ? y : z);
+  }
+  AMHEX_LANES_INLINE VectorLanes& operator+=(const VectorLanes& b) {
+    x += b.x, y += b.y, z += b.z;
+    return *this;
+  }
+  AMHEX_LANES_INLINE VectorLanes& operator-=(const VectorLanes& b) {
+    x -= b.x, y -= b.y, z -= b.z;
+    return *this;
+  }
+  AMHEX_LANES_INLINE VectorLanes& operator/=(double divisor) {
+    x /= divisor, y /= divisor, z /= divisor;
+    return *this;
+  }
+  friend AMHEX_LANES_INLINE VectorLanes operator+(const VectorLanes& a, const VectorLanes& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend AMHEX_LANES_INLINE VectorLanes operator-(const VectorLanes& a, const VectorLanes& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend AMHEX_LANES_INLINE VectorLanes operator*(const VectorLanes& a, const DoubleLanes& s) {
+    return {a.x * s, a.y * s, a.z * s};
+  }
+  friend AMHEX_LANES_INLINE VectorLanes operator*(const VectorLanes& a, double s) {
+    return {a.x * s, a.y * s, a.z * s};
+  }
 };
+AMHEX_LANES_INLINE DoubleLanes Dot(const VectorLanes& a, const VectorLanes& b) { return a.Dot(b); }
+AMHEX_LANES_INLINE VectorLanes Cross(const VectorLanes& a, const VectorLanes& b) {
+  return a.Cross(b);
+}
+AMHEX_LANES_INLINE DoubleLanes Determinant(const VectorLanes& a, const VectorLanes& b,
+                                           const VectorLanes& c) {
+  return a.Dot(b.Cross(c));
+}
 
 // Square roots, correctly rounded.
 AMHEX_LANES_INLINE DoubleLanes SquareRoot(const DoubleLanes& squares) {

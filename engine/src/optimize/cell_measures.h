@@ -17,53 +17,66 @@ using CornerJacobians = std::array<double, 8>;
 
 // The least determinant of the trilinear map's derivative at its 2x2x2 Gauss points. The twelve
 // half-interpolated edges: along axis x the derivative depends on y and z only, so four vectors per
-// axis serve all eight points.
+// axis serve all eight points. Of one cell (Vector is Vec3d) or of lanes of cells.
+template <class Vector>
 class GaussJacobians {
  public:
-  AMHEX_HD explicit GaussJacobians(const CellPositions& p) {
+  using Positions = std::array<Vector, 8>;
+  using Number = decltype(Vector::x);
+
+  AMHEX_LANES_TOO explicit GaussJacobians(const Positions& p) {
     Fill({p[1] - p[0], p[2] - p[3], p[5] - p[4], p[6] - p[7]}, du_);
     Fill({p[3] - p[0], p[2] - p[1], p[7] - p[4], p[6] - p[5]}, dv_);
     Fill({p[4] - p[0], p[5] - p[1], p[7] - p[3], p[6] - p[2]}, dw_);
   }
-  AMHEX_HD double Minimum() const {
-    double minimum = 1e300;
+  // No more than `minimum`.
+  AMHEX_LANES_TOO void LowerTo(Number& minimum) const {
     for (int i = 0; i < 8; ++i) {
       const int u = i & 1, v = i >> 1 & 1, w = i >> 2;
-      minimum = Lesser(minimum, Determinant(du_[v + 2 * w], dv_[u + 2 * w], dw_[u + 2 * v]));
+      const Number own = Determinant(du_[v + 2 * w], dv_[u + 2 * w], dw_[u + 2 * v]);
+      minimum = own < minimum ? own : minimum;
     }
-    return minimum;
   }
-  // The second only where it is less: what is not a number changes nothing.
-  AMHEX_HD static double Lesser(double a, double b) { return b < a ? b : a; }
 
  private:
   // Bilinear interpolation of four parallel edges at the 2x2 Gauss points.
-  AMHEX_HD static void Fill(const std::array<Vec3d, 4>& edge, std::array<Vec3d, 4>& at) {
+  AMHEX_LANES_TOO static void Fill(const std::array<Vector, 4>& edge, std::array<Vector, 4>& at) {
     constexpr double kNear = 0.78867513459481288;  // (1 + 1/sqrt 3) / 2
     constexpr double kFar = 1 - kNear;
-    const Vec3d low0 = edge[0] * kNear + edge[1] * kFar, low1 = edge[0] * kFar + edge[1] * kNear;
-    const Vec3d high0 = edge[2] * kNear + edge[3] * kFar, high1 = edge[2] * kFar + edge[3] * kNear;
+    const Vector low0 = edge[0] * kNear + edge[1] * kFar, low1 = edge[0] * kFar + edge[1] * kNear;
+    const Vector high0 = edge[2] * kNear + edge[3] * kFar;
+    const Vector high1 = edge[2] * kFar + edge[3] * kNear;
     at[0] = low0 * kNear + high0 * kFar;
     at[1] = low1 * kNear + high1 * kFar;
     at[2] = low0 * kFar + high0 * kNear;
     at[3] = low1 * kFar + high1 * kNear;
   }
-  std::array<Vec3d, 4> du_, dv_, dw_;
+  std::array<Vector, 4> du_, dv_, dw_;
 };
 
-AMHEX_HD inline double MinimumStarDeterminant(const CellPattern& pattern, const CellPositions& p) {
-  Vec3d centre;
+// The second only where it is less: what is not a number changes nothing.
+AMHEX_HD inline double Lesser(double a, double b) { return b < a ? b : a; }
+
+// Lowers `minimum` to the least determinant of a face's triangle, seen from the middle of the cell.
+template <class Vector, class Number>
+AMHEX_LANES_TOO void LowerToStar(const CellPattern& pattern, const std::array<Vector, 8>& p,
+                                 Number& minimum) {
+  Vector centre{};
   for (int i = 0; i < pattern.vertex_count; ++i) centre += p[pattern.vertex_slot[i]];
   centre /= pattern.vertex_count;
-  CellPositions arm;
+  std::array<Vector, 8> arm;
   for (int slot = 0; slot < 8; ++slot) arm[slot] = p[slot] - centre;
-  double minimum = 1e300;
   for (int i = 0; i < pattern.triangle_count; ++i) {
     const auto& t = pattern.triangle_slots[i];
-    minimum = GaussJacobians::Lesser(minimum, Determinant(arm[t[0]], arm[t[1]], arm[t[2]]));
+    const Number own = Determinant(arm[t[0]], arm[t[1]], arm[t[2]]);
+    minimum = own < minimum ? own : minimum;
   }
-  return minimum;
 }
+
+// Determinants must exceed this fraction of the cell's mean edge length cubed: far above the
+// rounding of later passes over the same vertices in other units, far below any useful cell.
+inline constexpr double kSmallestDeterminant = 1e-7;
+inline constexpr double kNoDeterminant = 1e300;  // above any
 
 // In whatever registers the caller is compiled for; for most callers ScaledJacobians below.
 AMHEX_HD inline void JacobiansOf(const CellPattern& pattern, const CellPositions& positions,
@@ -95,9 +108,6 @@ AMHEX_HD inline void JacobiansOf(const CellPattern& pattern, const CellPositions
 
 // Likewise; for most callers FoldMargin below.
 AMHEX_HD inline double MarginOf(const CellPattern& pattern, const CellPositions& positions) {
-  // Determinants must exceed this fraction of the cell's mean edge length cubed: far above the
-  // rounding of later passes over the same vertices in other units, far below any useful cell.
-  constexpr double kSmallestDeterminant = 1e-7;
   double length_sum = 0;
   for (int e = 0; e < pattern.edge_count; ++e) {
     const auto& slots = pattern.edge_slots[e];
@@ -105,10 +115,9 @@ AMHEX_HD inline double MarginOf(const CellPattern& pattern, const CellPositions&
   }
   const double mean_length = length_sum / pattern.edge_count;
   const double unit = mean_length * mean_length * mean_length;
-  double determinant = GaussJacobians(positions).Minimum();
-  if (pattern.type != PrimitiveType::kSlice) {
-    determinant = GaussJacobians::Lesser(determinant, MinimumStarDeterminant(pattern, positions));
-  }
+  double determinant = kNoDeterminant;
+  GaussJacobians<Vec3d>(positions).LowerTo(determinant);
+  if (pattern.type != PrimitiveType::kSlice) LowerToStar(pattern, positions, determinant);
   const double margin = determinant / unit - kSmallestDeterminant;
   return std::isfinite(margin) ? margin : -1.0;
 }

@@ -24,39 +24,50 @@ struct EnergyModel {
 };
 
 // The model of one corner's scaled Jacobian s: its gradient, and the part of -(its Hessian) that is
-// never negative: s (I - u u^T) / length^2 for each edge u that moves.
+// never negative: s (I - u u^T) / length^2 for each edge u that moves. Of one corner (Vector is
+// Vec3d) or of lanes of corners; an Edge has a direction and an inverse_length.
+template <class Vector>
 class CornerModel {
  public:
-  AMHEX_HD CornerModel(const Vec3d& normal, const MovingEdge& edge) {
+  using Number = decltype(Vector::x);
+
+  template <class Edge>
+  AMHEX_LANES_TOO CornerModel(const Vector& normal, const Edge& edge) {
     AddEdge(normal, edge, Dot(normal, edge.direction));
   }
-  AMHEX_HD CornerModel(double sign, const MovingEdge& a, const MovingEdge& b, const MovingEdge& c) {
-    const Vec3d of_a = Cross(b.direction, c.direction) * sign;
-    const double jacobian = Dot(of_a, a.direction);
+  template <class Edge>
+  AMHEX_LANES_TOO CornerModel(const Number& sign, const Edge& a, const Edge& b, const Edge& c) {
+    const Vector of_a = Cross(b.direction, c.direction) * sign;
+    const Number jacobian = Dot(of_a, a.direction);
     AddEdge(of_a, a, jacobian);
     AddEdge(Cross(c.direction, a.direction) * sign, b, jacobian);
     AddEdge(Cross(a.direction, b.direction) * sign, c, jacobian);
   }
   // Adds what a penalty of this slope (negative) and curvature adds.
-  AMHEX_HD void AddTo(EnergyModel& model, double slope, double curvature) const {
+  template <class Model>
+  AMHEX_LANES_TOO void AddTo(Model& model, const Number& slope, const Number& curvature) const {
     model.gradient += gradient_ * slope;
     for (int a = 0; a < 3; ++a) {
-      model.hessian[a] += gradient_ * (curvature * gradient_[a]) - bend_[a] * slope;
+      const Number steep = curvature * gradient_[a];
+      model.hessian[a] += gradient_ * steep - bend_[a] * slope;
     }
   }
 
  private:
-  AMHEX_HD void AddEdge(const Vec3d& normal, const MovingEdge& edge, double jacobian) {
-    const Vec3d& u = edge.direction;
+  template <class Edge>
+  AMHEX_LANES_TOO void AddEdge(const Vector& normal, const Edge& edge, const Number& jacobian) {
+    const Vector& u = edge.direction;
     gradient_ -= (normal - u * jacobian) * edge.inverse_length;
-    const double bend = jacobian > 0 ? jacobian * edge.inverse_length * edge.inverse_length : 0.0;
+    const Number bend =
+        jacobian > 0 ? jacobian * edge.inverse_length * edge.inverse_length : Number{};
     for (int a = 0; a < 3; ++a) {
-      bend_[a] -= u * (bend * u[a]);
+      const Number share = bend * u[a];
+      bend_[a] -= u * share;
       bend_[a][a] += bend;
     }
   }
-  Vec3d gradient_;
-  std::array<Vec3d, 3> bend_;
+  Vector gradient_{};
+  std::array<Vector, 3> bend_{};
 };
 
 }  // namespace amhex

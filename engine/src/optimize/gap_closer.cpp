@@ -6,6 +6,7 @@
 
 #include "input/hull_queries.h"
 #include "optimize/constrain.h"
+#include "optimize/lane_cells.h"
 #include "optimize/move_judge.h"
 
 namespace amhex {
@@ -303,8 +304,8 @@ Vec3d GapCloser::NearestOnCreases(const Vec3d& p) const {
 std::optional<Vec3d> GapCloser::BestPlace(int32_t v, const GapChoices& choices) {
   if (choices.places.empty()) return std::nullopt;
   LocalRoom room(static_cast<size_t>(placement_.neighbourhoods.cells[v].size()));
-  MoveJudge judge(view_, v, CornerPenalty{.kind = EnergyKind::kMinima}, FoldWatch::kNone,
-                  room.data());
+  MoveJudge<LaneCells> judge(view_, v, CornerPenalty{.kind = EnergyKind::kMinima}, FoldWatch::kNone,
+                             room.data());
   double least = kWorth * choices.here.cost + judge.score().energy;
   std::optional<Vec3d> best;
   for (const GapChoices::Choice& choice : choices.places) {

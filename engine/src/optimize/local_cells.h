@@ -46,7 +46,11 @@ class LocalCells {
  public:
   // Room for as many cells as there are at the vertex; must outlive this.
   AMHEX_HD LocalCells(const PlacementView& placement, int32_t vertex, const CornerPenalty& penalty,
-                      FoldWatch watch, LocalCell* room);
+                      FoldWatch watch, LocalCell* room)
+      : LocalCells(placement, vertex, penalty, watch, room, placement.cells_at[vertex]) {}
+  // Only the given ones of the cells at the vertex.
+  AMHEX_HD LocalCells(const PlacementView& placement, int32_t vertex, const CornerPenalty& penalty,
+                      FoldWatch watch, LocalCell* room, ArrayView<const int32_t> cells);
 
   // Moves the vertex in the copies only.
   AMHEX_HD void MoveTo(const Vec3d& position);
@@ -61,13 +65,18 @@ class LocalCells {
   // left out where it would make it fall, so that -hessian^-1 gradient always leads downhill.
   AMHEX_HD EnergyModel Model() const;
 
+  // The same, cell by cell. Score is RenewEdges, then what every cell adds.
+  AMHEX_HD void RenewEdges();
+  AMHEX_HD void AddScore(int64_t k, LocalScore& score) const;
+  AMHEX_HD void AddModel(int64_t k, EnergyModel& model) const;
+
  private:
   AMHEX_HD void SetCell(int32_t vertex, LocalCell& cell);
+  AMHEX_HD void AddAllEdges(int32_t vertex);
   AMHEX_HD int32_t EdgeTo(int32_t far_vertex);
   AMHEX_HD MovingEdge& EdgeAt(int32_t e) const {
     return cells_.data[e / LocalCell::kMostEdges].edges[e % LocalCell::kMostEdges];
   }
-  AMHEX_HD void RenewEdges();
   // The corners that the vertex moves: those at far ends, then its own.
   AMHEX_HD static int CornerCount(const LocalCell& cell) {
     return cell.far_corner_count + (cell.own_sign != 0 ? 1 : 0);
@@ -83,7 +92,7 @@ class LocalCells {
   AMHEX_HD double DeficitPower(double jacobian) const {
     return SquaredTimes(1 - jacobian, penalty_.sharpness);
   }
-  AMHEX_HD CornerModel ModelOf(const LocalCell& cell, int corner) const;
+  AMHEX_HD CornerModel<Vec3d> ModelOf(const LocalCell& cell, int corner) const;
   AMHEX_HD CellPositions PositionsOf(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD double MarginAt(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD void AddMinimum(const LocalCell& cell, EnergyModel& model) const;
@@ -115,14 +124,36 @@ AMHEX_HD inline void SurveyCell(const PlacementView& placement, int64_t c) {
 
 AMHEX_HD inline LocalCells::LocalCells(const PlacementView& placement, int32_t vertex,
                                        const CornerPenalty& penalty, FoldWatch watch,
-                                       LocalCell* room)
-    : placement_(placement), penalty_(penalty), position_(placement.vertices[vertex]) {
-  const ArrayView<const int32_t> row = placement.cells_at[vertex];
-  cells_ = {room, row.size};
+                                       LocalCell* room, ArrayView<const int32_t> cells)
+    : placement_(placement),
+      penalty_(penalty),
+      position_(placement.vertices[vertex]),
+      cells_{room, cells.size} {
+  bool is_any_near_folding = false;
+  for (int64_t k = 0; k < cells.size; ++k) {
+    cells_[k].cell = cells[k];
+    cells_[k].is_near_folding =
+        watch == FoldWatch::kSurvey && placement.near_folding[cells[k]] != 0;
+    is_any_near_folding |= cells_[k].is_near_folding;
+  }
+  if (is_any_near_folding && cells.size < placement.cells_at[vertex].size) AddAllEdges(vertex);
+  for (int64_t k = 0; k < cells.size; ++k) SetCell(vertex, cells_[k]);
+}
+
+// Those of cells that are left out, too, in the order in which they come with all cells: their mean
+// length is asked for.
+AMHEX_HD inline void LocalCells::AddAllEdges(int32_t vertex) {
+  const ArrayView<const int32_t> row = placement_.cells_at[vertex];
   for (int64_t k = 0; k < row.size; ++k) {
-    cells_[k].cell = row[k];
-    cells_[k].is_near_folding = watch == FoldWatch::kSurvey && placement.near_folding[row[k]] != 0;
-    SetCell(vertex, cells_[k]);
+    const CellPattern& pattern = placement_.PatternOf(row[k]);
+    const CellCorners& corners = placement_.cells[row[k]];
+    int first_slot = 0;
+    while (corners[first_slot] != vertex) ++first_slot;
+    for (int e = 0; e < pattern.edge_count; ++e) {
+      if ((pattern.edges_at[first_slot] >> e & 1) == 0) continue;
+      const auto& slots = pattern.edge_slots[e];
+      EdgeTo(corners[corners[slots[0]] == vertex ? slots[1] : slots[0]]);
+    }
   }
 }
 
@@ -202,28 +233,30 @@ AMHEX_HD inline void LocalCells::RenewEdges() {
   }
 }
 
-AMHEX_HD inline LocalScore LocalCells::Score() {
+AMHEX_HD inline void LocalCells::AddScore(int64_t k, LocalScore& score) const {
   const bool of_minima = penalty_.kind == EnergyKind::kMinima;
+  const LocalCell& cell = cells_[k];
+  double minimum = cell.fixed_minimum;
+  double deficits = cell.fixed_deficits;
+  for (int i = 0; i < CornerCount(cell); ++i) {
+    const double jacobian = JacobianOf(cell, i);
+    // Written so that not-a-number lowers the minimum too.
+    if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
+    if (of_minima) {
+      deficits += DeficitPower(jacobian);
+    } else {
+      score.energy += CornerEnergy(jacobian, penalty_);
+    }
+  }
+  if (of_minima) score.energy += RootedTimes(deficits, penalty_.sharpness);
+  if (cell.is_near_folding) score.energy += FoldEnergy(MarginAt(cell, position_));
+  score.minimum = minimum < score.minimum ? minimum : score.minimum;
+}
+
+AMHEX_HD inline LocalScore LocalCells::Score() {
   RenewEdges();
   LocalScore score;
-  for (int64_t k = 0; k < cells_.size; ++k) {
-    const LocalCell& cell = cells_[k];
-    double minimum = cell.fixed_minimum;
-    double deficits = cell.fixed_deficits;
-    for (int i = 0; i < CornerCount(cell); ++i) {
-      const double jacobian = JacobianOf(cell, i);
-      // Written so that not-a-number lowers the minimum too.
-      if (!(jacobian >= minimum)) minimum = std::isnan(jacobian) ? -1 : jacobian;
-      if (of_minima) {
-        deficits += DeficitPower(jacobian);
-      } else {
-        score.energy += CornerEnergy(jacobian, penalty_);
-      }
-    }
-    if (of_minima) score.energy += RootedTimes(deficits, penalty_.sharpness);
-    if (cell.is_near_folding) score.energy += FoldEnergy(MarginAt(cell, position_));
-    score.minimum = minimum < score.minimum ? minimum : score.minimum;
-  }
+  for (int64_t k = 0; k < cells_.size; ++k) AddScore(k, score);
   return score;
 }
 
@@ -251,12 +284,12 @@ AMHEX_HD inline double LocalCells::WorstFoldMargin() const {
   return worst;
 }
 
-AMHEX_HD inline CornerModel LocalCells::ModelOf(const LocalCell& cell, int corner) const {
+AMHEX_HD inline CornerModel<Vec3d> LocalCells::ModelOf(const LocalCell& cell, int corner) const {
   if (corner < cell.far_corner_count) {
-    return CornerModel(cell.far_normal[corner], EdgeAt(cell.far_edge[corner]));
+    return CornerModel<Vec3d>(cell.far_normal[corner], EdgeAt(cell.far_edge[corner]));
   }
-  return CornerModel(cell.own_sign, EdgeAt(cell.own_edge[0]), EdgeAt(cell.own_edge[1]),
-                     EdgeAt(cell.own_edge[2]));
+  return CornerModel<Vec3d>(cell.own_sign, EdgeAt(cell.own_edge[0]), EdgeAt(cell.own_edge[1]),
+                            EdgeAt(cell.own_edge[2]));
 }
 
 // Of f = (sum of the p-th powers of all deficits)^(1/p): with the shares r = deficit / f,
@@ -301,20 +334,22 @@ AMHEX_HD inline void LocalCells::AddFold(const LocalCell& cell, EnergyModel& mod
   for (int a = 0; a < 3; ++a) model.hessian[a] += gradient * (slopes.second * gradient[a]);
 }
 
+AMHEX_HD inline void LocalCells::AddModel(int64_t k, EnergyModel& model) const {
+  const LocalCell& cell = cells_[k];
+  if (penalty_.kind == EnergyKind::kMinima) {
+    AddMinimum(cell, model);
+  } else {
+    for (int i = 0; i < CornerCount(cell); ++i) {
+      const Slopes slopes = CornerSlopes(JacobianOf(cell, i), penalty_);
+      ModelOf(cell, i).AddTo(model, slopes.first, slopes.second);
+    }
+  }
+  if (cell.is_near_folding) AddFold(cell, model);
+}
+
 AMHEX_HD inline EnergyModel LocalCells::Model() const {
   EnergyModel model;
-  for (int64_t k = 0; k < cells_.size; ++k) {
-    const LocalCell& cell = cells_[k];
-    if (penalty_.kind == EnergyKind::kMinima) {
-      AddMinimum(cell, model);
-    } else {
-      for (int i = 0; i < CornerCount(cell); ++i) {
-        const Slopes slopes = CornerSlopes(JacobianOf(cell, i), penalty_);
-        ModelOf(cell, i).AddTo(model, slopes.first, slopes.second);
-      }
-    }
-    if (cell.is_near_folding) AddFold(cell, model);
-  }
+  for (int64_t k = 0; k < cells_.size; ++k) AddModel(k, model);
   return model;
 }
 

@@ -46,7 +46,8 @@ AMHEX_HD inline Vec3d MiddleOfFace(const PlacementView& placement, int32_t f, in
 
 // Judges moves of one vertex. A move may not let any incident cell's scaled Jacobian fall below
 // both what the worst one had and `floor`, nor fold a cell, nor turn a hull face away from the
-// hull.
+// hull. Cells are LocalCells, or LaneCells where there are lanes.
+template <class Cells>
 class MoveJudge {
  public:
   // `room` as for LocalCells.
@@ -59,7 +60,7 @@ class MoveJudge {
         score_(cells_.Score()) {}
 
   AMHEX_HD const LocalScore& score() const { return score_; }  // where the vertex is now
-  AMHEX_HD LocalCells& cells() { return cells_; }
+  AMHEX_HD Cells& cells() { return cells_; }
 
   // Scaled Jacobians at `position`; leaves the trial there.
   AMHEX_HD LocalScore Try(const Vec3d& position) {
@@ -132,7 +133,7 @@ class MoveJudge {
   const PlacementView& placement_;
   int32_t vertex_;
   Vec3d start_;
-  LocalCells cells_;
+  Cells cells_;
   LocalScore score_;
   int64_t refusing_face_ = 0;  // index in the vertex's hull faces
   std::array<double, kRemembered> sag_before_ = {-1, -1, -1, -1, -1, -1};  // < 0: not known yet

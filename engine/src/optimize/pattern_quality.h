@@ -13,13 +13,13 @@ AMHEX_HD inline double QualityOf(const CellPattern& pattern, const CellPositions
   double quality = 1.0;
   for (int i = 0; i < pattern.corner_count; ++i) {
     if (!std::isfinite(jacobians[i])) return -1.0;
-    quality = GaussJacobians::Lesser(quality, jacobians[i]);
+    quality = Lesser(quality, jacobians[i]);
   }
   // Any violation makes the value non-positive; the worst one names it.
   const double margin = FoldMargin(pattern, positions);
   if (margin > 0) return quality;
   const double violation = margin < -1.0 ? -1.0 : margin;
-  return GaussJacobians::Lesser(GaussJacobians::Lesser(quality, 0.0), violation);
+  return Lesser(Lesser(quality, 0.0), violation);
 }
 
 }  // namespace amhex

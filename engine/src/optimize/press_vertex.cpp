@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/sort_unique.h"
+#include "optimize/lane_cells.h"
 #include "optimize/move_judge.h"
 #include "optimize/raise_average.h"
 
@@ -146,7 +147,7 @@ bool VertexPress::VisitEach(const SweepVisits& sweep) {
     if (!sweep.Wants(v)) continue;
     const float step = step_[v];
     LocalRoom room(static_cast<size_t>(placement_.neighbourhoods.cells[v].size()));
-    sweep.Visit(v, room.data());
+    sweep.Visit<LaneCells>(v, room.data());
     if (moved_[v] != 0) {
       any = true;
       NoteMove(v);

@@ -8,6 +8,7 @@
 
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
+#include "optimize/lane_cells.h"
 #include "optimize/project_vertex.h"
 #include "optimize/sweep_task.h"
 
@@ -33,7 +34,7 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
     const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
       if (!IsOnHull(task.placement, v)) return;
       LocalRoom room(static_cast<size_t>(task.placement.cells_at[v].size));
-      moved[v] = ProjectVertex(task.placement, v, quality_floor, room.data());
+      moved[v] = ProjectVertex<LaneCells>(task.placement, v, quality_floor, room.data());
     });
     if (!status.ok()) return status;
     NoteMoves(moved, placement, memory, StopPoll(run));

@@ -15,7 +15,8 @@ AMHEX_HD inline bool IsOnHull(const PlacementView& placement, int32_t v) {
 }
 
 // Moves a hull vertex towards its constraint's nearest point, by the largest of some shares of the
-// way that the judge permits. True if it moved. `room` as for LocalCells.
+// way that the judge permits. True if it moved. `room` as for LocalCells, Cells as for MoveJudge.
+template <class Cells>
 AMHEX_HD inline bool ProjectVertex(const PlacementView& placement, int32_t v, double quality_floor,
                                    LocalCell* room) {
   // Offsets below this many edge lengths are on the hull but for rounding.
@@ -29,7 +30,7 @@ AMHEX_HD inline bool ProjectVertex(const PlacementView& placement, int32_t v, do
   const Vec3d start = placement.vertices[v];
   const Vec3d target = Constrain(placement.constraints[v], start, placement.features).point;
   if (Norm(target - start) < kOnHull) return false;
-  MoveJudge judge(placement, v, CornerPenalty{}, FoldWatch::kNone, room);
+  MoveJudge<Cells> judge(placement, v, CornerPenalty{}, FoldWatch::kNone, room);
   const double floor =
       Smaller(quality_floor, Larger(kLowestFloor, kAllowedShare * judge.score().minimum));
   for (const double fraction : kFractions) {

@@ -10,6 +10,7 @@
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "optimize/cell_quality.h"
+#include "optimize/lane_cells.h"
 #include "optimize/sweep_task.h"
 
 namespace amhex {
@@ -30,7 +31,7 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
   const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
     if (!sweep.Wants(v)) return;
     LocalRoom room(static_cast<size_t>(placement.neighbourhoods.cells[v].size()));
-    sweep.Visit(v, room.data());
+    sweep.Visit<LaneCells>(v, room.data());
   });
   if (!status.ok()) return status;
   std::fill(memory.active.begin(), memory.active.end(), 0);

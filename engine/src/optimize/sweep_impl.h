@@ -30,7 +30,7 @@ struct VisitBody {
   ColourRoom colour;
   AMHEX_HD void operator()(int64_t i) const {
     const int32_t v = colour.vertices[i];
-    if (sweep.Wants(v)) sweep.Visit(v, colour.At(i));
+    if (sweep.Wants(v)) sweep.Visit<LocalCells>(v, colour.At(i));
   }
 };
 
@@ -42,7 +42,7 @@ struct ProjectBody {
   AMHEX_HD void operator()(int64_t i) const {
     const int32_t v = colour.vertices[i];
     if (!IsOnHull(placement, v)) return;
-    moved[v] = ProjectVertex(placement, v, quality_floor, colour.At(i)) ? 1 : 0;
+    moved[v] = ProjectVertex<LocalCells>(placement, v, quality_floor, colour.At(i)) ? 1 : 0;
   }
 };
 

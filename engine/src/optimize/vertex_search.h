@@ -94,7 +94,8 @@ inline constexpr float kSmallestStep = 0.002F;
 // about the same for averages, but the minimum of few cells suffers from 1.5 on.
 inline constexpr float kOverRelaxation = 1.4F;
 
-// Newton steps of the energy, shortened until they are a permitted gain.
+// Newton steps of the energy, shortened until they are a permitted gain. Cells as for MoveJudge.
+template <class Cells>
 class VertexSearch {
  public:
   // `room` as for LocalCells.
@@ -167,7 +168,7 @@ class VertexSearch {
   const PlacementView& placement_;
   const SweepRules& rules_;
   int32_t v_;
-  MoveJudge judge_;
+  MoveJudge<Cells> judge_;
   Vec3d start_;
   Vec3d foot_;  // where the constraint admits the vertex, nearest to the start
   Vec3d offset_;
@@ -191,10 +192,11 @@ struct SweepVisits {
     }
     return false;
   }
-  // `room` as for LocalCells.
+  // `room` as for LocalCells; Cells as for MoveJudge.
+  template <class Cells>
   AMHEX_HD void Visit(int32_t v, LocalCell* room) const {
     step[v] = Larger(step[v], kSmallestStep * 4);
-    moved[v] = VertexSearch(placement, rules, v, room).Run(step[v]) ? 1 : 0;
+    moved[v] = VertexSearch<Cells>(placement, rules, v, room).Run(step[v]) ? 1 : 0;
   }
 };
 

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
+#include <vector>
 
 #include "optimize/hull_features.h"
+#include "optimize/lane_cells.h"
 #include "optimize/placement.h"
 #include "optimize/vertex_search.h"
 #include "support/grid_complex.h"
@@ -93,6 +96,40 @@ void ForVerticesOfAll(const Check& check) {
 
 LocalRoom RoomAt(const PlacementView& placement, int32_t vertex) {
   return LocalRoom(static_cast<size_t>(placement.cells_at[vertex].size));
+}
+
+// Every fourth hexahedron of a finer grid collapses an edge: all kinds of cells side by side, more
+// around a vertex than there are lanes where an edge of the inside is gone.
+CellComplex MixedGrid() {
+  CellComplex complex = GridComplex({4, 4, 4});
+  Shake(complex, 0.15);
+  complex.hull_faces.clear();
+  std::vector<int32_t> joined(complex.vertices.size());
+  std::iota(joined.begin(), joined.end(), 0);
+  for (const size_t c : {21u, 42u}) joined[complex.cells[c][0]] = complex.cells[c][1];
+  for (CellCorners& corners : complex.cells) {
+    for (int32_t& v : corners) v = joined[v];
+  }
+  std::erase_if(complex.cells, [](const CellCorners& corners) {
+    return FindCellPattern(corners) == nullptr || AsListedInFigure2(corners) != corners;
+  });
+  return complex;
+}
+
+std::vector<double> NumbersOf(const EnergyModel& model) {
+  std::vector<double> numbers;
+  for (int a = 0; a < 3; ++a) {
+    numbers.push_back(model.gradient[a]);
+    for (int b = 0; b < 3; ++b) numbers.push_back(model.hessian[a][b]);
+  }
+  return numbers;
+}
+// To the bit, but that what is not a number may be so in any way.
+bool AreSame(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+    return (std::isnan(x) && std::isnan(y)) ||
+           std::bit_cast<uint64_t>(x) == std::bit_cast<uint64_t>(y);
+  });
 }
 
 TEST(LocalCells, HaveRoomForTheEdgesOfEveryCell) {
@@ -202,6 +239,42 @@ TEST(LocalCells, CellsThatNearlyFoldPushTheVertexAway) {
     not_watched.Score();
     EXPECT_GT(Dot(gradient - not_watched.Model().gradient, Vec3d{1, 1, 1}), 0);
   });
+}
+
+// Whatever lanes give where, from the baseline to the widest that this machine has.
+TEST(LaneCells, GiveTheBitsOfSingleCells) {
+  const VectorWidth limit = vector_width_limit.load();
+  int64_t with_lanes = 0;
+  CellComplex mixed = MixedGrid();
+  for (const VectorWidth width : {VectorWidth::kBaseline, VectorWidth::k256, VectorWidth::k512}) {
+    vector_width_limit.store(width);
+    for (const CellComplex& complex : {ShakenGrid(), EveryCollapsedCube(), mixed}) {
+      ForVertices(complex, [&](const PlacementView& placement, int32_t v) {
+        // Some cells are watched, and what that adds depends on all edges at the vertex.
+        for (int64_t c = 0; c < placement.cells.size; c += 5) placement.near_folding[c] = 1;
+        with_lanes += placement.cells_at[v].size >= 6 ? 1 : 0;
+        for (const CornerPenalty& penalty : kPenalties) {
+          for (const FoldWatch watch : {FoldWatch::kNone, FoldWatch::kSurvey}) {
+            LocalRoom room = RoomAt(placement, v), other_room = RoomAt(placement, v);
+            LocalCells single(placement, v, penalty, watch, room.data());
+            LaneCells lanes(placement, v, penalty, watch, other_room.data());
+            const Vec3d start = placement.vertices[v];
+            const double nowhere = std::numeric_limits<double>::quiet_NaN();
+            for (const Vec3d& shift :
+                 {Vec3d{}, Vec3d{0.1, -0.2, 0.15}, Vec3d{-0.6, 0.1, 0.3}, Vec3d{nowhere, 0, 0}}) {
+              single.MoveTo(start + shift), lanes.MoveTo(start + shift);
+              const LocalScore a = single.Score(), b = lanes.Score();
+              EXPECT_TRUE(AreSame({a.minimum, a.energy}, {b.minimum, b.energy}));
+              EXPECT_TRUE(AreSame({single.WorstFoldMargin()}, {lanes.WorstFoldMargin()}));
+              EXPECT_TRUE(AreSame(NumbersOf(single.Model()), NumbersOf(lanes.Model())));
+            }
+          }
+        }
+      });
+    }
+  }
+  vector_width_limit.store(limit);
+  EXPECT_GT(with_lanes, 50) << "hardly any vertex had hexahedra enough";
 }
 
 }  // namespace
