@@ -58,7 +58,7 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
   const TrialPlan plan = PlanTrials(hull, params);
   AMHEX_ASSIGN_OR_RETURN(const AssembledTrials assembled,
                          AssembleTrials(hull, samples, plan, params, run));
-  AMHEX_ASSIGN_OR_RETURN(std::vector<ClosedTrial> closed,
+  AMHEX_ASSIGN_OR_RETURN(ClosedTrials closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(const PlacedTrial placed,
                          PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run));

@@ -57,4 +57,10 @@ std::invoke_result_t<Body> GuardStage(RunContext& run, Stage stage, Body&& body)
   }
 }
 
+// What comes next is one of `count` equal parts of the stage.
+inline void SetPart(size_t index, size_t count, RunContext& run) {
+  const auto of = static_cast<double>(count);
+  run.SetStagePart(static_cast<double>(index) / of, static_cast<double>(index + 1) / of);
+}
+
 }  // namespace amhex

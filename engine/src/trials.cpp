@@ -26,6 +26,7 @@
 #include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
 #include "output/validate.h"
+#include "place_candidates.h"
 #include "placed_loss.h"
 #include "relax/relaxation.h"
 #include "split_where_paid.h"
@@ -42,35 +43,8 @@ struct TrialsBySize {
   int started;
 };
 constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {1e5, 2}};
-// So many of several are closed at least. Of large solids their open faces tell enough.
-constexpr int kLeastClosed = 2;
-// Closing takes time for every open face, placing for every cell that is no hexahedron: once those
-// of the trials that have had their turn, and of the next one, are more, no further one has it.
-constexpr int64_t kMostOpenFacesClosed = 600;
-constexpr int64_t kMostOthersPlaced = 600;
-// Of solids of so few cells more are worth it: what one of their lattices leaves out is a large
-// part of them, and that is told by the placed ones alone.
-constexpr double kFewCells = 4e3;
-constexpr int64_t kMostOthersPlacedOfFew = 1000;
-
 // Of so many trials the better one is taken where the first keeps a poor cell.
 constexpr size_t kLeastChoice = 2;
-
-// Less loss than this ends the search among the placed ones.
-constexpr double kGoodLoss = 0.02;
-// Where a placed mesh has no fault, a closed one of so many times as many other cells is not worth
-// placing: its average would have to be better for all that.
-constexpr double kManyMoreOthers = 1.5;
-
-// Of what a boundary is too far from the hull, drawing it there mends little or most: nothing to a
-// quarter on bunny and igea with noise, all on fandisk and rocker-arm.
-constexpr double kMendedShare = 0.5;
-
-// What comes next is one of `count` equal parts of the stage.
-void SetPart(size_t index, size_t count, RunContext& run) {
-  const auto of = static_cast<double>(count);
-  run.SetStagePart(static_cast<double>(index) / of, static_cast<double>(index + 1) / of);
-}
 
 // One stage of every trial: step(input) for each of `inputs`, which it may consume.
 template <class Input, class Step>
@@ -120,103 +94,16 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
   }
 }
 
-int64_t CountOthers(const CellComplex& complex) {
-  const CellCounts counts = CountCells(complex);
-  return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
-         counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
-}
-
-int64_t MostOthersPlaced(const Hull& hull) {
-  return hull.volume <= kFewCells ? kMostOthersPlacedOfFew : kMostOthersPlaced;
-}
-
-struct PlacedCandidate {
-  size_t assembly = 0;
-  CellComplex complex;
-  bool is_followed = false;  // its boundary is drawn to the hull
-  PlacedLoss loss;
-  double LikelyTotal() const {  // once followed
-    return is_followed ? loss.total() : loss.total() - kMendedShare * loss.distance;
-  }
-};
-
-// Raises its average to the end and draws it to the hull, which mends distances.
-absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
-  AMHEX_ASSIGN_OR_RETURN(candidate.complex, RaiseAverage(std::move(candidate.complex),
-                                                         with.features, run, with.device));
-  AMHEX_ASSIGN_OR_RETURN(candidate.complex,
-                         FollowHull(std::move(candidate.complex), with.hull, with.features, run));
-  candidate.is_followed = true;
-  candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
-  return absl::OkStatus();
-}
-
-// How far from the hull one is says little before it has been drawn there, which takes long: done
-// where it is likely to be the best then.
-absl::Status FollowPromising(const Improvement& with, RunContext& run,
-                             std::vector<PlacedCandidate>& placed) {
-  for (;;) {
-    auto best = std::min_element(placed.begin(), placed.end(),
-                                 [](const PlacedCandidate& a, const PlacedCandidate& b) {
-                                   return a.LikelyTotal() < b.LikelyTotal();
-                                 });
-    if (best->is_followed || best->loss.distance == 0) return absl::OkStatus();
-    AMHEX_RETURN_IF_ERROR(Follow(with, run, *best));
-  }
-}
-
-// Of the closed trials, best first, those that are worth placing, least loss first. They are the
-// first of `closed`, and taken from there.
-absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial>& closed,
-                                                             const Improvement& with,
-                                                             RunContext& run) {
-  std::vector<PlacedCandidate> placed;
-  int64_t others = closed.empty() ? 0 : CountOthers(closed.front().complex);
-  bool reach_hull = true;  // those that were drawn there
-  for (size_t i = 0; i < closed.size(); ++i) {
-    SetPart(i, closed.size(), run);
-    AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
-                           ImproveMesh(std::move(closed[i].complex), with, run));
-    placed.push_back({closed[i].assembly, std::move(complex), false, {}});
-    const int64_t own_others = CountOthers(placed.back().complex);
-    const int64_t next_others =
-        i + 1 < closed.size() ? CountOthers(closed[i + 1].complex) : int64_t{0};
-    others += next_others;
-    // Refilling takes longer than placing another one where it may well be in vain.
-    const bool is_mendable =
-        SummarizeQuality(placed.back().complex, StopPoll(run)).minimum >= kMendableMinimum;
-    const bool is_last =
-        i + 1 == closed.size() || (others > MostOthersPlaced(with.hull) && (i > 0 || is_mendable));
-    if (is_last && i == 0) break;  // nothing to choose from
-    PlacedCandidate& newest = placed.back();
-    newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));
-    if (is_last) break;
-    // Where a mesh without faults would end the search, and none stayed far from the hull yet: the
-    // next ones mostly do so too.
-    const bool is_enough =
-        static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others);
-    if (reach_hull && newest.loss.distance > 0 && newest.loss.minimum == 0 &&
-        (is_enough || newest.loss.cells < kGoodLoss)) {
-      AMHEX_RETURN_IF_ERROR(Follow(with, run, newest));
-      reach_hull = newest.loss.distance == 0;
-    }
-    if (newest.loss.total() < kGoodLoss || (newest.loss.faults() == 0 && is_enough)) break;
-  }
-  if (placed.size() > 1) AMHEX_RETURN_IF_ERROR(FollowPromising(with, run, placed));
-  std::stable_sort(placed.begin(), placed.end(),
-                   [](const PlacedCandidate& a, const PlacedCandidate& b) {
-                     return a.loss.total() < b.loss.total();
-                   });
-  return placed;
-}
-
 // How many of the ranked trials are closed.
-size_t CountToClose(const std::vector<RankedComplex>& ranked, const TrialPlan& plan) {
+size_t CountToClose(const std::vector<RankedComplex>& ranked, const TrialPlan& plan,
+                    const Hull& hull) {
   size_t count = 0;
   int64_t open_faces = 0;
   for (const RankedComplex& next : ranked) {
     open_faces += next.open_faces;
-    if (count >= static_cast<size_t>(plan.closed) && open_faces > kMostOpenFacesClosed) break;
+    if (count >= static_cast<size_t>(plan.closed) && open_faces > LittleWorkOf(hull).open_faces) {
+      break;
+    }
     ++count;
   }
   return count;
@@ -285,7 +172,7 @@ int CountOfTrials(double cell_count, const MeshingParams& params) {
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
   TrialPlan plan;
   plan.started = CountOfTrials(hull.volume, params);
-  plan.closed = hull.volume > kLargeSolid ? 1 : std::min(plan.started, kLeastClosed);
+  plan.closed = std::min(plan.started, LittleWorkOf(hull).closed);
   return plan;
 }
 
@@ -320,17 +207,17 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
   return assembled;
 }
 
-absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellComplex>& assemblies,
-                                                     const Hull& hull, const TrialPlan& plan,
-                                                     const MeshingParams& params, RunContext& run) {
-  return GuardStage(run, Stage::kClose, [&]() -> absl::StatusOr<std::vector<ClosedTrial>> {
+absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assemblies,
+                                         const Hull& hull, const TrialPlan& plan,
+                                         const MeshingParams& params, RunContext& run) {
+  return GuardStage(run, Stage::kClose, [&]() -> absl::StatusOr<ClosedTrials> {
     AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> ranked,
                            RankComplexes(assemblies, hull, run));
     std::vector<size_t> sources;
     std::vector<CellComplex> complexes;
     absl::Status first_error;
-    size_t count = CountToClose(ranked, plan);
-    for (size_t begin = 0; begin < ranked.size() && complexes.empty(); begin += count, count = 1) {
+    size_t count = CountToClose(ranked, plan, hull), begin = 0;
+    for (; begin < ranked.size() && complexes.empty(); begin += count, count = 1) {
       std::vector<const CellComplex*> chosen;
       for (size_t i = begin; i < begin + count; ++i) chosen.push_back(&assemblies[ranked[i].index]);
       std::vector<absl::StatusOr<CellComplex>> closed = CloseFirst(chosen, hull, params, run);
@@ -345,29 +232,39 @@ absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellCompl
     if (complexes.empty()) return first_error;
     AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> best,
                            RankComplexes(complexes, hull, run));
-    std::vector<ClosedTrial> trials;
-    trials.reserve(best.size());
+    ClosedTrials trials;
+    trials.closed.reserve(best.size());
     for (const RankedComplex& next : best) {
-      trials.push_back({sources[next.index], std::move(complexes[next.index])});
+      trials.closed.push_back({sources[next.index], std::move(complexes[next.index])});
     }
+    for (size_t i = begin; i < ranked.size(); ++i) trials.waiting.push_back(ranked[i].index);
     return trials;
   });
 }
 
 absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
-                                           std::vector<ClosedTrial> closed, const Hull& hull,
+                                           ClosedTrials trials, const Hull& hull,
                                            const MeshingParams& params, RunContext& run) {
   return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
     AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
     const HullFeatures features(hull, StopPoll(run));
     const Improvement with{hull, features, params, &device};
+    std::vector<ClosedTrial>& closed = trials.closed;
     AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed, PlaceCandidates(closed, with, run));
     // Where a poor cell remains and nothing was placed beside it, the next one has its turn.
-    const size_t most_placed = std::max(placed.size(), std::min(closed.size(), kLeastChoice));
+    const size_t most_placed =
+        std::max(placed.size(), std::min(closed.size() + trials.waiting.size(), kLeastChoice));
     std::optional<CellComplex> best;
     double least = 0;
     for (size_t i = 0; i < most_placed; ++i) {
       if (i == placed.size()) {
+        if (i == closed.size()) {
+          const size_t next = trials.waiting.front();
+          absl::StatusOr<CellComplex> late = CloseComplex(assemblies[next], hull, params, run);
+          AMHEX_RETURN_IF_ERROR(run.CheckStop());
+          if (!late.ok()) break;  // there is a mesh already
+          closed.push_back({next, *std::move(late)});
+        }
         AMHEX_ASSIGN_OR_RETURN(CellComplex next,
                                ImproveMesh(std::move(closed[i].complex), with, run));
         placed.push_back({closed[i].assembly, std::move(next), false, {}});

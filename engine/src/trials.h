@@ -43,11 +43,16 @@ struct ClosedTrial {
   CellComplex complex;
 };
 
-// Stage close: the most promising assemblies, closed, best first. One that cannot be closed is
-// dropped as long as another can.
-absl::StatusOr<std::vector<ClosedTrial>> CloseTrials(const std::vector<CellComplex>& assemblies,
-                                                     const Hull& hull, const TrialPlan& plan,
-                                                     const MeshingParams& params, RunContext& run);
+struct ClosedTrials {
+  std::vector<ClosedTrial> closed;  // best first
+  std::vector<size_t> waiting;      // assemblies that are still open, best first
+};
+
+// Stage close: the most promising assemblies, closed. One that cannot be closed is dropped as long
+// as another can.
+absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assemblies,
+                                         const Hull& hull, const TrialPlan& plan,
+                                         const MeshingParams& params, RunContext& run);
 
 struct PlacedTrial {
   CellComplex complex;
@@ -55,9 +60,9 @@ struct PlacedTrial {
 };
 
 // Stage place_vertices: the best of the closed trials with its vertices in their places and its
-// poor places refilled.
+// poor places refilled. One that waits is closed where a poor cell is left otherwise.
 absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
-                                           std::vector<ClosedTrial> closed, const Hull& hull,
+                                           ClosedTrials trials, const Hull& hull,
                                            const MeshingParams& params, RunContext& run);
 
 }  // namespace amhex

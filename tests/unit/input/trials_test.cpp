@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <vector>
+
 #include "closure/working_mesh.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
@@ -27,10 +29,13 @@ TEST(PlanTrials, TriesMoreOnSmallerSolids) {
   EXPECT_EQ(PlanTrials(OfVolume(1e6), params).started, 1);
 }
 
-TEST(PlanTrials, ClosesOneOfALargeSolidsTwo) {
-  const TrialPlan plan = PlanTrials(OfVolume(5e4), MeshingParams());
-  EXPECT_EQ(plan.started, 2);
-  EXPECT_EQ(plan.closed, 1);
+TEST(PlanTrials, ClosesOneOfTwoButMoreOfSmallSolids) {
+  for (const double volume : {5e3, 5e4}) {
+    const TrialPlan plan = PlanTrials(OfVolume(volume), MeshingParams());
+    EXPECT_EQ(plan.started, 2);
+    EXPECT_EQ(plan.closed, 1);
+  }
+  EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 2);
 }
 
 TEST(PlanTrials, DoesWhatIsAskedForAtAnySize) {
@@ -70,7 +75,17 @@ std::vector<ClosedTrial> CloseThree(int at_least, size_t threads) {
   auto closed = CloseTrials({GridWithBar(3), GridWithBar(0), GridWithBar(1)}, hull,
                             {.started = 3, .closed = at_least}, MeshingParams(), run);
   EXPECT_TRUE(closed.ok()) << closed.status();
-  return closed.ok() ? *std::move(closed) : std::vector<ClosedTrial>();
+  return closed.ok() ? std::move(closed->closed) : std::vector<ClosedTrial>();
+}
+
+// A grid of 17 x 17 x 17 cubes without `count` of those inside, no two of which touch.
+CellComplex GridWithHoles(int count) {
+  WorkingMesh mesh(GridComplex({17, 17, 17}));
+  for (int i = 0; i < count; ++i) {
+    const int x = 1 + 2 * (i % 5), y = 1 + 2 * (i / 5 % 5), z = 1 + 2 * (i / 25);
+    mesh.RemoveCell(x + 17 * (y + 17 * z));
+  }
+  return mesh.ToComplex();
 }
 
 TEST(CloseTrials, ClosesAllThatAreLittleWorkBestFirst) {
@@ -80,6 +95,19 @@ TEST(CloseTrials, ClosesAllThatAreLittleWorkBestFirst) {
   for (const ClosedTrial& trial : closed) {
     EXPECT_FALSE(WorkingMesh(trial.complex).HasOpenFaces());
   }
+}
+
+TEST(CloseTrials, LetsThoseWaitThatAreMuchWorkBesideABetterOne) {
+  Hull hull = testing_support::GridHull({17, 17, 17}, 1);
+  hull.volume = 17 * 17 * 17;  // more than a few cells
+  RunContext run;
+  const auto trials = CloseTrials({GridWithHoles(60), GridWithHoles(40), GridWithHoles(50)}, hull,
+                                  {.started = 3, .closed = 1}, MeshingParams(), run);
+  ASSERT_TRUE(trials.ok()) << trials.status();
+  ASSERT_EQ(trials->closed.size(), 1U);
+  EXPECT_EQ(trials->closed.front().assembly, 1U);
+  EXPECT_FALSE(WorkingMesh(trials->closed.front().complex).HasOpenFaces());
+  EXPECT_EQ(trials->waiting, (std::vector<size_t>{2, 0}));
 }
 
 TEST(CloseTrials, GivesTheSameBitsAtAnyThreadCount) {
