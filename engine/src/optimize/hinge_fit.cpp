@@ -11,6 +11,9 @@ namespace {
 
 // Which rows lack after a step is found by solving for those that do, again and again.
 constexpr int kMostRounds = 8;
+// Fits with more rows that lack are solved by coordinates. That is less work from 3 on, but up to 6
+// neither shows in a run's time.
+constexpr size_t kMostRowsPerPoint = 6;
 
 size_t PaddedToLanes(size_t count) {
   return static_cast<size_t>(LaneBlocks(static_cast<int64_t>(count))) * kLanes;
@@ -66,14 +69,26 @@ void SolveCholesky(std::vector<double>* m, std::vector<double>* b) {
   }
 }
 
+double Remainder(const HingeRow& row, const std::vector<Vec3d>& moves) {
+  double lack = row.lack;
+  for (const HingeRow::Slope& slope : row.slopes) lack -= Dot(slope.fall, moves[slope.point]);
+  return lack;
+}
+
 }  // namespace
 
 HingeFit::HingeFit(std::vector<HingeRow> rows, int64_t point_count)
-    : rows_(std::move(rows)),
-      point_count_(point_count),
-      products_(rows_.size() * rows_.size(), 0.0) {
-  std::vector<Vec3d> falls(static_cast<size_t>(point_count));  // of one row, zero elsewhere
-  std::vector<std::vector<size_t>> rows_at(static_cast<size_t>(point_count));  // so far
+    : rows_(std::move(rows)), point_count_(static_cast<size_t>(point_count)) {
+  const auto lacking = static_cast<size_t>(
+      std::count_if(rows_.begin(), rows_.end(), [](const HingeRow& row) { return row.lack > 0; }));
+  is_by_rows_ = lacking <= kMostRowsPerPoint * point_count_;
+  if (is_by_rows_) MultiplyRows();
+}
+
+void HingeFit::MultiplyRows() {
+  products_.assign(rows_.size() * rows_.size(), 0.0);
+  std::vector<Vec3d> falls(point_count_);                  // of one row, zero elsewhere
+  std::vector<std::vector<size_t>> rows_at(point_count_);  // so far
   std::vector<size_t> met_by(rows_.size(), rows_.size());  // [row] the last that shares a point
   for (size_t a = 0; a < rows_.size(); ++a) {
     for (const HingeRow::Slope& slope : rows_[a].slopes) {
@@ -94,33 +109,21 @@ HingeFit::HingeFit(std::vector<HingeRow> rows, int64_t point_count)
 }
 
 std::vector<Vec3d> HingeFit::Solve(double damping) const {
+  std::vector<Vec3d> moves(point_count_);
   std::vector<size_t> active;
-  for (size_t i = 0; i < rows_.size(); ++i) {
-    if (rows_[i].lack > 0) active.push_back(i);
-  }
-  std::vector<double> factors;
   for (int round = 0; round < kMostRounds; ++round) {
-    factors = FactorsOf(active, damping);
     std::vector<size_t> lacking;
     for (size_t i = 0; i < rows_.size(); ++i) {
-      double lack = rows_[i].lack;
-      for (size_t k = 0; k < active.size(); ++k) lack -= factors[k] * ProductOf(i, active[k]);
-      if (lack > 0) lacking.push_back(i);
+      if (Remainder(rows_[i], moves) > 0) lacking.push_back(i);
     }
-    if (lacking == active || round + 1 == kMostRounds) break;
+    if (lacking == active) break;
     active = std::move(lacking);
-  }
-  std::vector<Vec3d> moves(static_cast<size_t>(point_count_));
-  for (size_t k = 0; k < active.size(); ++k) {
-    for (const HingeRow::Slope& slope : rows_[active[k]].slopes) {
-      moves[slope.point] += slope.fall * factors[k];
-    }
+    moves = is_by_rows_ ? MovesByRows(active, damping) : MovesByPoints(active, damping);
   }
   return moves;
 }
 
-// With F the falls of the active rows, the best moves are F^T x where (F F^T + damping) x = lack.
-std::vector<double> HingeFit::FactorsOf(const std::vector<size_t>& active, double damping) const {
+std::vector<Vec3d> HingeFit::MovesByRows(const std::vector<size_t>& active, double damping) const {
   const size_t n = active.size(), stride = PaddedToLanes(n);
   std::vector<double> matrix(n * stride), factors(n);
   for (size_t i = 0; i < n; ++i) {
@@ -129,7 +132,39 @@ std::vector<double> HingeFit::FactorsOf(const std::vector<size_t>& active, doubl
     factors[i] = rows_[active[i]].lack;
   }
   SolveCholesky(&matrix, &factors);
-  return factors;
+  std::vector<Vec3d> moves(point_count_);
+  for (size_t k = 0; k < n; ++k) {
+    for (const HingeRow::Slope& slope : rows_[active[k]].slopes) {
+      moves[slope.point] += slope.fall * factors[k];
+    }
+  }
+  return moves;
+}
+
+std::vector<Vec3d> HingeFit::MovesByPoints(const std::vector<size_t>& active,
+                                           double damping) const {
+  const size_t n = 3 * point_count_, stride = PaddedToLanes(n);
+  std::vector<double> matrix(n * stride), moves(n);
+  for (size_t i = 0; i < n; ++i) matrix[i * stride + i] = damping;
+  for (const size_t row : active) {
+    for (const HingeRow::Slope& a : rows_[row].slopes) {
+      double* at = moves.data() + 3 * a.point;
+      for (int i = 0; i < 3; ++i) at[i] += a.fall[i] * rows_[row].lack;
+      for (const HingeRow::Slope& b : rows_[row].slopes) {
+        if (b.point < a.point) continue;  // the upper triangle
+        double* block = matrix.data() + 3 * (a.point * stride + b.point);
+        for (int i = 0; i < 3; ++i) {
+          for (int j = 0; j < 3; ++j) block[i * stride + j] += a.fall[i] * b.fall[j];
+        }
+      }
+    }
+  }
+  SolveCholesky(&matrix, &moves);
+  std::vector<Vec3d> by_point(point_count_);
+  for (size_t p = 0; p < point_count_; ++p) {
+    by_point[p] = {moves[3 * p], moves[3 * p + 1], moves[3 * p + 2]};
+  }
+  return by_point;
 }
 
 }  // namespace amhex

@@ -22,7 +22,7 @@ struct HingeRow {
 // The moves of the points for which
 //   sum over rows of max(0, lack - sum of dot(fall, move))^2 + damping * sum of |move|^2
 // is least, or nearly: rows change sides a bounded number of times. Damping must be positive. Work:
-// the cube of the number of rows that lack, and the square of that of all rows.
+// the cube of the number of rows that lack, or of coordinates where these are fewer.
 class HingeFit {
  public:
   HingeFit(std::vector<HingeRow> rows, int64_t point_count);
@@ -30,14 +30,18 @@ class HingeFit {
   std::vector<Vec3d> Solve(double damping) const;  // [point]
 
  private:
-  // The factors of the rows in the moves, which are sums of the rows' falls.
-  std::vector<double> FactorsOf(const std::vector<size_t>& active, double damping) const;
+  // With F the falls of the active rows, the best moves are F^T x where (F F^T + damping) x = lack,
+  // and they are where (F^T F + damping) moves = F^T lack.
+  std::vector<Vec3d> MovesByRows(const std::vector<size_t>& active, double damping) const;
+  std::vector<Vec3d> MovesByPoints(const std::vector<size_t>& active, double damping) const;
+  void MultiplyRows();
   double& ProductOf(size_t a, size_t b) { return products_[a * rows_.size() + b]; }
   double ProductOf(size_t a, size_t b) const { return products_[a * rows_.size() + b]; }
 
   std::vector<HingeRow> rows_;
-  int64_t point_count_ = 0;
-  std::vector<double> products_;  // [row][row] of their falls
+  size_t point_count_ = 0;
+  bool is_by_rows_ = true;
+  std::vector<double> products_;  // [row][row] of their falls, by rows
 };
 
 }  // namespace amhex

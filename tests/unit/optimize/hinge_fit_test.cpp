@@ -64,21 +64,30 @@ TEST(HingeFit, SeesRowsThatWouldComeToLack) {
   for (const HingeRow& row : rows) EXPECT_LE(Remainder(row, moves), 1e-6);
 }
 
-TEST(HingeFit, IsTheLeastOfAllAround) {
-  constexpr double kDamping = 0.1, kStep = 1e-3;
-  const std::vector<HingeRow> rows = {{0.3, {{0, {1, 0.5, 0}}, {1, {0, 1, 0}}}},
-                                      {0.2, {{0, {-1, 0, 0.3}}}},
-                                      {-0.05, {{1, {0, -1, 0.2}}}}};
-  const std::vector<Vec3d> best = HingeFit(rows, 2).Solve(kDamping);
+void ExpectLeastOfAllAround(const std::vector<HingeRow>& rows, double damping, double length) {
+  const std::vector<Vec3d> best = HingeFit(rows, 2).Solve(damping);
   for (size_t point = 0; point < best.size(); ++point) {
     for (int a = 0; a < 3; ++a) {
-      for (const double step : {-kStep, kStep}) {
+      for (const double step : {-length, length}) {
         std::vector<Vec3d> moves = best;
         moves[point][a] += step;
-        EXPECT_GT(Cost(rows, kDamping, moves), Cost(rows, kDamping, best));
+        EXPECT_GT(Cost(rows, damping, moves), Cost(rows, damping, best));
       }
     }
   }
+}
+
+// Both where rows are few and where they are more than coordinates.
+TEST(HingeFit, IsTheLeastOfAllAround) {
+  constexpr double kDamping = 0.1, kStep = 1e-3;
+  std::vector<HingeRow> rows = {{0.3, {{0, {1, 0.5, 0}}, {1, {0, 1, 0}}}},
+                                {0.2, {{0, {-1, 0, 0.3}}}},
+                                {-0.05, {{1, {0, -1, 0.2}}}}};
+  ExpectLeastOfAllAround(rows, kDamping, kStep);
+  for (int i = 0; i < 9; ++i) {
+    rows.push_back({0.04 * i - 0.02, {{1, {0.2 * i, 1 - 0.3 * i, 0.5}}, {0, {-0.3, 0.1 * i, 1}}}});
+  }
+  ExpectLeastOfAllAround(rows, kDamping, kStep);
 }
 
 }  // namespace
