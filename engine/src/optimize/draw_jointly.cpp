@@ -1,40 +1,19 @@
 #include "optimize/draw_jointly.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
-#include <cmath>
+#include <memory>
 #include <utility>
 
+#include "base/sort_unique.h"
 #include "input/triangle_math.h"
-#include "optimize/joint_gaps.h"
-#include "optimize/joint_place.h"
+#include "optimize/look_ahead.h"
+#include "optimize/placement_view.h"
 
 namespace amhex {
 namespace {
 
-constexpr int kMostSteps = 12;
-constexpr double kLeastGain = 1e-2;  // a step that gains a smaller share is the last
-// The first one gains most: of 325 tries in which it gained a smaller share, one was worth its
-// cost.
-constexpr double kLeastFirstGain = 2e-2;
-// As where cells are raised (raise_jointly).
-constexpr double kFirstDamping = 0.03;
-constexpr double kLeastDamping = 1e-5;
-constexpr double kMostDamping = 100;
-constexpr double kEasier = 0.3;  // after a step that was taken
-constexpr double kHarder = 4;    // after one that was refused
-// A place this far below its limits is done.
-constexpr double kEnough = 0.97;
-// A place that keeps more of what it lacked than this has gained nothing.
-constexpr double kWorthwhileShare = 0.8;
-// What stayed is tried again where it lacks less or more than this share of what it did: of 310
-// tries at less, 7 were worth their cost.
-constexpr double kOtherShare = 0.1;
-// What a place may cost, in units of what cells lack to a scaled Jacobian of 1: for coming within
-// the limit, and for each unit of the squares of distances beyond what is aimed at. A crease of an
-// edge length that is followed 0.2 off is 0.05 units of such squares.
-constexpr double kWorthOfLimit = 0.5;
-constexpr double kWorth = 64;
-constexpr double kWorthOfCreases = 16;
 // Of more gaps for each face of the boundary than this, points scatter: there are gaps everywhere,
 // and following them would follow noise (0.9 for an igea with noise, 0.1 for bunny at 3,400 cells).
 constexpr double kMostGapsPerFace = 0.5;
@@ -51,76 +30,19 @@ double DistanceTo(const CellFace& face, const std::vector<Vec3d>& at, const Vec3
   return face.count == 3 ? to_half(0, 1, 2) : std::min(to_half(0, 1, 2), to_half(2, 3, 0));
 }
 
-// The vertices of one place on their way.
-class Attempt {
- public:
-  Attempt(const DeviationLimits& limits, double floor, JointPlace& place, JointGaps& around)
-      : limits_(limits),
-        floor_(floor),
-        place_(place),
-        around_(around),
-        before_(place.Positions()),
-        lack_before_(place.LackOfCells()),
-        start_(around.Judge()),
-        now_(start_) {}
-
-  const JointDeviation& start() const { return start_; }
-  bool IsNeeded() const { return !IsWithin(start_, 1); }
-
-  void Run(const RunContext& run) {
-    PlaceJudgement cells = place_.Judge(floor_);
-    HingeFit fit = place_.FitHere(cells, floor_, around_.Rows());
-    double damping = kFirstDamping;
-    for (int step = 0; step < kMostSteps && damping < kMostDamping; ++step) {
-      if (IsWithin(now_, kEnough) || run.ShouldStop()) break;
-      const std::vector<Vec3d> from = place_.Positions();
-      place_.Move(fit.Solve(damping));
-      PlaceJudgement then_cells = place_.Judge(floor_);
-      const bool is_permitted = place_.IsPermitted(then_cells);
-      const JointDeviation then = is_permitted ? around_.Judge() : now_;
-      if (!is_permitted || !IsGain(then)) {
-        place_.MoveBack(from);
-        damping *= kHarder;
-        continue;
-      }
-      const double least_gain = now_.total() == start_.total() ? kLeastFirstGain : kLeastGain;
-      const bool is_last = then.total() > (1 - least_gain) * now_.total();
-      now_ = then;
-      cells = std::move(then_cells);
-      if (is_last) break;
-      damping = std::max(kLeastDamping, damping * kEasier);
-      fit = place_.FitHere(cells, floor_, around_.Rows());
-    }
+void MoveTo(const DrawnPlace& drawn, Placement& placement) {
+  const PlacementView view = ViewOf(placement);
+  for (size_t i = 0; i < drawn.moving.size(); ++i) {
+    view.vertices[drawn.moving[i]] = drawn.places[i];
   }
-
-  bool IsWorthItsCost() const {
-    if (now_.total() > kWorthwhileShare * start_.total()) return false;
-    const bool is_mended = start_.largest > limits_.limit && now_.largest <= limits_.limit;
-    const double worth = (is_mended ? kWorthOfLimit : 0) + kWorth * (start_.cost - now_.cost) +
-                         kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);
-    return place_.LackOfCells() - lack_before_ <= worth;
+  std::vector<int32_t> cells;
+  for (const int32_t v : drawn.moving) {
+    const ArrayView<const int32_t> at = view.cells_at[v];
+    cells.insert(cells.end(), at.data, at.data + at.size);
   }
-
-  void TakeBack() { place_.MoveBack(before_); }
-
- private:
-  bool IsWithin(const JointDeviation& deviation, double share) const {
-    return deviation.largest <= share * limits_.limit &&
-           deviation.largest_of_creases <= share * limits_.creases;
-  }
-  bool IsGain(const JointDeviation& then) const {
-    return then.total() < now_.total() && then.largest <= std::max(start_.largest, limits_.limit);
-  }
-
-  const DeviationLimits& limits_;
-  const double floor_;
-  JointPlace& place_;
-  JointGaps& around_;
-  const std::vector<Vec3d> before_;
-  const double lack_before_;
-  const JointDeviation start_;
-  JointDeviation now_;
-};
+  SortUnique(cells);
+  for (const int32_t c : cells) SurveyCell(view, c);
+}
 
 }  // namespace
 
@@ -134,6 +56,28 @@ JointDraw::JointDraw(Placement& placement, const HullSampling& sampling,
       known_(placement.complex.vertices),
       changed_(placement.complex.vertices.size(), 0) {}
 
+// The placement once more, to find out on what would happen to it.
+struct JointDraw::Rehearsal {
+  Rehearsal(const Placement& original, const HullSampling& sampling, const DeviationLimits& limits,
+            double floor, size_t moves_made)
+      : complex(original.complex),
+        placement{complex, original.features, original.neighbourhoods, original.constraints,
+                  original.survey},
+        draw(placement, sampling, limits, floor),
+        moves_seen(moves_made) {}
+  Rehearsal(const Rehearsal&) = delete;
+  Rehearsal& operator=(const Rehearsal&) = delete;
+
+  void CatchUp(const std::vector<DrawnPlace>& moves) {
+    for (; moves_seen < moves.size(); ++moves_seen) MoveTo(moves[moves_seen], placement);
+  }
+
+  CellComplex complex;
+  Placement placement;
+  PlaceDraw draw;
+  size_t moves_seen;
+};
+
 bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
   const CellComplex& complex = placement_.complex;
   if (static_cast<double>(gaps.size()) >
@@ -141,35 +85,61 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
     return false;
   }
   int64_t tries = std::max(kLeastTries, static_cast<int64_t>(complex.cells.size()) / kCellsPerTry);
-  JointPlace place(placement_);
-  JointGaps around(sampling_, placement_, limits_);
-  bool any = false;
+  PlaceDraw draw(placement_, sampling_, limits_, floor_);
+  std::vector<DrawnPlace> moves;
+  oneapi::tbb::enumerable_thread_specific<std::unique_ptr<Rehearsal>> rehearsals;
   NoteMoves();
-  for (const Gap& gap : gaps) {
-    if (tries <= 0 || run.ShouldStop()) break;
-    const int32_t cell = CellAt(gap);
-    if (cell < 0) continue;
-    Refusal& refusal = refusals_[cell];
-    if (Stands(refusal)) continue;
-    place.EnterLoosely({cell}, floor_);
-    const Outcome outcome =
-        around.Enter(place.moving()) ? DrawPlace(place, around, refusal, run) : Outcome::kNotTried;
-    if (outcome != Outcome::kNotTried) --tries;
-    if (outcome == Outcome::kMoved) {
-      any = true;
-      refusals_.erase(cell);
-      ++clock_;
-      for (const int32_t v : place.moving()) changed_[v] = clock_, moved_[v] = 1;
-    } else {
-      refusal.asked_at = clock_;
-      refusal.seen = place.Seen();
-      const std::vector<int32_t> others = around.Seen();
-      refusal.seen.insert(refusal.seen.end(), others.begin(), others.end());
+  const auto look = [&](size_t i) {
+    Found found{CellAt(gaps[i]), clock_, {}};
+    if (found.cell < 0 || Stands(found.cell)) return found;
+    std::unique_ptr<Rehearsal>& own = rehearsals.local();
+    if (own == nullptr) {
+      own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, moves.size());
     }
-    place.Leave();
-  }
+    own->CatchUp(moves);
+    found.drawn = own->draw.Find(found.cell, RefusalAt(found.cell).lacked, run);
+    return found;
+  };
+  const auto take = [&](size_t i, std::optional<Found> found) {
+    if (tries <= 0) return Taken::kEnough;
+    const int32_t cell = CellAt(gaps[i]);
+    if (cell < 0 || Stands(cell)) return Taken::kHeld;
+    const bool holds = found.has_value() && Holds(*found, cell);
+    DrawnPlace drawn =
+        holds ? *std::move(found->drawn) : draw.Find(cell, RefusalAt(cell).lacked, run);
+    if (drawn.outcome != DrawnPlace::Outcome::kNotTried) --tries;
+    if (drawn.outcome == DrawnPlace::Outcome::kMoved) {
+      Move(drawn, cell);
+      moves.push_back(std::move(drawn));
+    } else {
+      Refuse(std::move(drawn), cell);
+    }
+    return holds ? Taken::kHeld : Taken::kAnew;
+  };
+  TakeLookingAhead<Found>(gaps.size(), run, look, take);
   known_ = complex.vertices;
-  return any;
+  return !moves.empty();
+}
+
+// Nothing that decided has changed since.
+bool JointDraw::Holds(const Found& found, int32_t cell) const {
+  if (found.cell != cell || !found.drawn.has_value()) return false;
+  return RefusalAt(cell).asked_at <= found.looked_at &&
+         HasStayed(found.drawn->seen, found.looked_at);
+}
+
+void JointDraw::Move(const DrawnPlace& drawn, int32_t cell) {
+  MoveTo(drawn, placement_);
+  refusals_.erase(cell);
+  ++clock_;
+  for (const int32_t v : drawn.moving) changed_[v] = clock_, moved_[v] = 1;
+}
+
+void JointDraw::Refuse(DrawnPlace drawn, int32_t cell) {
+  Refusal& refusal = refusals_[cell];
+  if (drawn.outcome == DrawnPlace::Outcome::kStayed) refusal.lacked = drawn.lacked;
+  refusal.asked_at = ++clock_;
+  refusal.seen = std::move(drawn.seen);
 }
 
 // Those since the last call that others have made.
@@ -180,24 +150,21 @@ void JointDraw::NoteMoves() {
   }
 }
 
-// All that it saw is where it was.
-bool JointDraw::Stands(const Refusal& refusal) const {
-  return !refusal.seen.empty() &&
-         std::all_of(refusal.seen.begin(), refusal.seen.end(),
-                     [&](int32_t v) { return changed_[v] <= refusal.asked_at; });
+const JointDraw::Refusal& JointDraw::RefusalAt(int32_t cell) const {
+  static const Refusal kNone;
+  const auto found = refusals_.find(cell);
+  return found == refusals_.end() ? kNone : found->second;
 }
 
-JointDraw::Outcome JointDraw::DrawPlace(JointPlace& place, JointGaps& around, Refusal& refusal,
-                                        const RunContext& run) {
-  Attempt attempt(limits_, floor_, place, around);
-  const double lacked = attempt.start().total();
-  const bool is_known = std::abs(refusal.lacked - lacked) <= kOtherShare * refusal.lacked;
-  if (!attempt.IsNeeded() || is_known) return Outcome::kNotTried;
-  attempt.Run(run);
-  if (attempt.IsWorthItsCost()) return Outcome::kMoved;
-  refusal.lacked = lacked;
-  attempt.TakeBack();
-  return Outcome::kStayed;
+// All that a refusal saw is where it was.
+bool JointDraw::Stands(int32_t cell) const {
+  const Refusal& refusal = RefusalAt(cell);
+  return !refusal.seen.empty() && HasStayed(refusal.seen, refusal.asked_at);
+}
+
+bool JointDraw::HasStayed(const std::vector<int32_t>& vertices, int64_t since) const {
+  return std::all_of(vertices.begin(), vertices.end(),
+                     [&](int32_t v) { return changed_[v] <= since; });
 }
 
 // That of the face nearest to the gap; -1 if there is none near.

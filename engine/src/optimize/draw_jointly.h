@@ -4,16 +4,15 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "amhex/run_context.h"
+#include "optimize/draw_place.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
 
 namespace amhex {
-
-class JointGaps;
-class JointPlace;
 
 class JointDraw {
  public:
@@ -22,7 +21,8 @@ class JointDraw {
   JointDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
             double floor);
 
-  // One place after the other, in the order of the gaps: its vertices move by least squares until
+  // One place after the other, in the order of the gaps, though they are looked at side by side
+  // before: its vertices move by least squares until
   // hull, creases and boundary are as near as they should be all around it, or nothing is gained.
   // Vertices on no crease may leave the hull by as much as does not count, which brings faces
   // nearer whose corners alone lie on it. A place where something is lost (gap_closer) stays, and
@@ -37,17 +37,27 @@ class JointDraw {
   const std::vector<uint8_t>& moved() const { return moved_; }
 
  private:
-  enum class Outcome : uint8_t { kNotTried, kStayed, kMoved };
   // That a place has stayed.
   struct Refusal {
     double lacked = -1;         // when it was last tried; < 0: it was not
     int64_t asked_at = 0;       // by clock_
     std::vector<int32_t> seen;  // vertices whose places decided
   };
+  // What was found at a gap before its turn.
+  struct Found {
+    int32_t cell = -1;
+    int64_t looked_at = 0;  // by clock_
+    std::optional<DrawnPlace> drawn;
+  };
+  struct Rehearsal;
 
-  Outcome DrawPlace(JointPlace& place, JointGaps& around, Refusal& refusal, const RunContext& run);
   int32_t CellAt(const Gap& gap) const;
-  bool Stands(const Refusal& refusal) const;
+  bool Holds(const Found& found, int32_t cell) const;
+  void Move(const DrawnPlace& drawn, int32_t cell);
+  void Refuse(DrawnPlace drawn, int32_t cell);
+  const Refusal& RefusalAt(int32_t cell) const;
+  bool Stands(int32_t cell) const;
+  bool HasStayed(const std::vector<int32_t>& vertices, int64_t since) const;
   void NoteMoves();
 
   Placement& placement_;

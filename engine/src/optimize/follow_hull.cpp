@@ -1,8 +1,6 @@
 #include "optimize/follow_hull.h"
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <memory>
@@ -16,6 +14,7 @@
 #include "optimize/draw_jointly.h"
 #include "optimize/gap_closer.h"
 #include "optimize/hull_deviation.h"
+#include "optimize/look_ahead.h"
 #include "optimize/placement.h"
 #include "optimize/raise_average.h"
 #include "optimize/raise_jointly.h"
@@ -37,15 +36,6 @@ constexpr int kSweepsPerPass = 10;
 constexpr double kSameGap = 0.4;
 // What sweeps move by less leaves answers as they were, edge lengths.
 constexpr double kStirred = 0.01;
-// Gaps that are looked at side by side before they are closed one after the other. Of more of them
-// more have to be looked at again, because one before has moved what they saw: 0.06 for each one
-// before on a bunny of 3,500 cells, 0.007 on an igea of 5,200 that is noisy all over.
-constexpr size_t kFewestPerBatch = 4;
-constexpr size_t kMostPerBatch = 64;
-// Shares of a batch looked at again from which on the next one is smaller, and up to which larger.
-constexpr double kOftenAgain = 0.15;
-constexpr double kSeldomAgain = 0.05;
-
 // What raising jointly has gained is spent on the way to the hull, and gained once more.
 double FloorFor(double minimum) {
   constexpr double kSlack = 0.02;  // levels overshoot what is wanted
@@ -96,6 +86,12 @@ class Rehearsal {
   Placement placement_;
   GapCloser closer_;
   size_t seen_records_ = 0;
+};
+
+// What closing a gap was found to do, and when (GapCloser::clock).
+struct FoundRecord {
+  GapRecord record;
+  int64_t looked_at = 0;
 };
 
 class Follower {
@@ -157,35 +153,23 @@ class Follower {
     const std::vector<Gap> distinct = Distinct(gaps, StopPoll(run));
     std::vector<GapRecord> done;
     oneapi::tbb::enumerable_thread_specific<std::unique_ptr<Rehearsal>> rehearsals;
-    size_t size = kFewestPerBatch;
-    for (size_t begin = 0, count = 0; begin < distinct.size(); begin += count) {
-      count = std::min(size, distinct.size() - begin);
-      std::vector<std::optional<GapRecord>> found(count);
-      const auto look = [&](size_t i) {
-        if (run.ShouldStop()) return;
-        std::unique_ptr<Rehearsal>& own = rehearsals.local();
-        if (own == nullptr) {
-          own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, closer_);
-          own->StartAt(done.size());
-        }
-        found[i] = own->Close(distinct[begin + i], closer_, done);
-      };
-      if (HasSeveralThreads()) oneapi::tbb::parallel_for(size_t{0}, count, look);
-      const int64_t looked_at = closer_.clock();
-      size_t again = 0;
-      for (size_t i = 0; i < count; ++i) {
-        AMHEX_RETURN_IF_ERROR(run.CheckStop());
-        if (found[i].has_value() && !closer_.HasChanged(found[i]->seen, looked_at)) {
-          closer_.Repeat(*found[i]);
-        } else {
-          ++again;
-          found[i] = std::move(closer_.Close(distinct[begin + i]));
-        }
+    const auto look = [&](size_t i) {
+      std::unique_ptr<Rehearsal>& own = rehearsals.local();
+      if (own == nullptr) {
+        own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, closer_);
+        own->StartAt(done.size());
       }
-      for (std::optional<GapRecord>& record : found) done.push_back(*std::move(record));
-      size = NextBatch(size, static_cast<double>(again) / static_cast<double>(count));
-    }
-    return absl::OkStatus();
+      return FoundRecord{own->Close(distinct[i], closer_, done), closer_.clock()};
+    };
+    const auto take = [&](size_t i, std::optional<FoundRecord> found) {
+      const bool holds =
+          found.has_value() && !closer_.HasChanged(found->record.seen, found->looked_at);
+      if (holds) closer_.Repeat(found->record);
+      done.push_back(holds ? std::move(found->record) : std::move(closer_.Close(distinct[i])));
+      return holds ? Taken::kHeld : Taken::kAnew;
+    };
+    TakeLookingAhead<FoundRecord>(distinct.size(), run, look, take);
+    return run.CheckStop();
   }
 
   // Raises the average around what has moved; what `stays` says does.
@@ -215,17 +199,6 @@ class Follower {
         closer_.NoteChange(static_cast<int32_t>(v));
       }
     }
-  }
-
-  static size_t NextBatch(size_t size, double share_again) {
-    if (share_again > kOftenAgain) return std::max(size / 2, kFewestPerBatch);
-    return share_again <= kSeldomAgain ? std::min(2 * size, kMostPerBatch) : size;
-  }
-
-  // On one thread nothing is gained by looking ahead.
-  static bool HasSeveralThreads() {
-    using oneapi::tbb::global_control;
-    return global_control::active_value(global_control::max_allowed_parallelism) > 1;
   }
 
   Placement& placement_;

@@ -3,6 +3,7 @@
 #include "optimize/draw_jointly.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
 #include <numeric>
@@ -115,6 +116,21 @@ TEST(JointDraw, BringsFacesNearToARidgeBetweenTheirVertices) {
       EXPECT_TRUE(draw.moved()[v] != 0 || scene.complex.vertices[v] == start[v]);
     }
   }
+}
+
+TEST(JointDraw, LeavesTheSamePlacesOnAnyNumberOfThreads) {
+  using oneapi::tbb::global_control;
+  std::vector<std::vector<Vec3d>> places;
+  for (const size_t threads : {1, 4}) {
+    const global_control control(global_control::max_allowed_parallelism, threads);
+    Scene scene({2.4, 0.5}, 0.1);
+    const std::vector<Gap> gaps = scene.Gaps();
+    ASSERT_GT(gaps.size(), 4U);
+    JointDraw draw(scene.placement, scene.sampling, scene.limits, kFloor);
+    EXPECT_TRUE(draw.Run(gaps, RunContext()));
+    places.push_back(scene.complex.vertices);
+  }
+  EXPECT_EQ(places[0], places[1]);
 }
 
 TEST(JointDraw, MovesNothingWhereGapsAreEverywhere) {
