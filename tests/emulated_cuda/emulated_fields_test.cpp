@@ -11,9 +11,10 @@
 #include "cuda/cuda_library.h"
 #include "cuda/device_use.h"
 #include "emulated_cuda/emulated_cuda_fixture.h"
+#include "exec/cpu_executor.h"
+#include "exec/uploaded_arrays.h"
 #include "fields/lattice_task.h"
 #include "fields/node_links.h"
-#include "fields/owned_hull_nodes.h"
 #include "fields/phase_field.h"
 #include "fixtures/solids.h"
 #include "input/hull_queries.h"
@@ -39,7 +40,6 @@ class EmulatedFields : public EmulatedDeviceTest {
     using namespace fields;  // NOLINT: all that follows is from there
     const SolvedFields& s = solved_;
     const OwnedLinks links(s.grid.fine(), s.codes, s.run);
-    const OwnedHullNodes at_hull(s.grid.fine());
     const HullQueries queries(s.hull.vertices, s.hull.triangles);
     ResidentSlot links_there, frames_there, sizes_there, closed_there;
     LatticeTask task;
@@ -49,7 +49,7 @@ class EmulatedFields : public EmulatedDeviceTest {
     task.expected = {
         {s.frames.data(), s.grid.count()}, {s.sizes.data(), s.grid.count()}, s.grid.spacing};
     task.form_there = {&frames_there, &sizes_there, &closed_there};
-    task.at_hull = at_hull.View();
+    task.at_hull = s.grid.fine().at_hull.View();
     task.closed = {&s.form.increments.data()->data()->x, kIncrements * s.grid.count()};
     task.course = CourseOf(settings, slice_);
     task.hull = queries.view(), task.resident = &queries.resident();
@@ -61,7 +61,13 @@ class EmulatedFields : public EmulatedDeviceTest {
     return absl::OkStatus();
   }
 
-  fields::SolvedFields solved_{fixtures::MakeSphere(2, 0.5)};
+  // What of the grid stays with it.
+  void ForgetGrid() {
+    solved_.grid.cells_there.reset();
+    solved_.grid.fine().at_hull.there.reset();
+  }
+
+  fields::SolvedFields solved_{fixtures::MakeSphere(3, 0.5)};
   fields::ProgressSlice slice_{solved_.run, 0, 1};
   std::optional<DeviceUse> use_;
 };
@@ -78,7 +84,6 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
   phase.rounds = 1;
   size.device = lattice.device = &*use_;
   const SolvedFields& s = solved_;
-  const auto forget_cells = [&s] { s.grid.cells_there.reset(); };  // which stay with the grid
   const std::function<absl::Status()> solvers[] = {
       [&] { return SolveOrientationField(s.grid, {}, orientation, slice_).status(); },
       [&] { return SolveSizeField(s.grid, s.frames, s.codes, size, slice_).status(); },
@@ -100,7 +105,7 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
     constexpr double kSumBytes = 16384;
     const auto peak = static_cast<double>(controls().peak);
     EXPECT_NEAR(estimate, peak, 0.1 * peak + kSumBytes);
-    forget_cells();
+    ForgetGrid();
     EXPECT_EQ(controls().used, 0);
     // Solves end at their goal, long before the most iterations that they may take.
     EXPECT_LT(controls().replays, 200);
@@ -108,9 +113,33 @@ TEST_F(EmulatedFields, TakesAsMuchMemoryForTheFieldsAsEstimatedAndGivesItBackWhe
   solved_.run.RequestStop();
   for (const auto& solve : solvers) {
     EXPECT_EQ(solve().code(), absl::StatusCode::kCancelled);
-    forget_cells();
+    ForgetGrid();
     EXPECT_EQ(controls().used, 0);
   }
+}
+
+// Nodes at the hull are found from the grid's cells, and stay there for the trials.
+TEST_F(EmulatedFields, TheHullsDemandsAreUploadedOnlyWhereTheyWereFoundOnTheHost) {
+  fields::PhaseSettings phase;
+  phase.rounds = 1;
+  ASSERT_TRUE(FindSites(phase).ok());
+  const int64_t of_host = controls().uploaded_bytes;
+  const fields::HullNodes demands = solved_.grid.fine().at_hull.View();
+  const int64_t bytes = UploadedArrays<CpuExecutor>::Bytes(demands);
+  ForgetGrid();
+  device_->Restart();
+  const StopPoll poll(solved_.run);
+  const HullAsker asker(*solved_.hull.queries, &*use_, poll);
+  ASSERT_TRUE(fields::FindHullConstraints(asker, &solved_.grid).ok());
+  constexpr int64_t kGaps = 128;  // between small arrays that travel together
+  EXPECT_NEAR(controls().downloaded_bytes, bytes, kGaps);
+  device_->Restart();
+  ASSERT_TRUE(FindSites(phase).ok());
+  const int64_t of_cells = solved_.grid.count() * static_cast<int64_t>(sizeof(uint64_t));
+  EXPECT_NEAR(controls().uploaded_bytes, of_host - bytes - of_cells, kGaps);
+  ForgetGrid();
+  solved_.hull.queries.reset();
+  EXPECT_EQ(controls().used, 0);
 }
 
 // Right sides and diagonals are made where the solves are.
@@ -124,7 +153,7 @@ TEST_F(EmulatedFields, RoundsOfThePhaseFieldCopyNothingButHowFarTheyAre) {
     device_->Restart();
     phase.rounds = rounds;
     EXPECT_TRUE(FindSites(phase).ok());
-    solved_.grid.cells_there.reset();
+    ForgetGrid();
     EXPECT_EQ(controls().used, 0);
     return Copied{controls().uploaded_bytes, controls().downloaded_bytes};
   };

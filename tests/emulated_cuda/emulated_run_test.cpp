@@ -37,10 +37,10 @@ class EmulatedRun : public EmulatedDeviceTest {
 // finds out here.
 TEST_F(EmulatedRun, CopiesAndWaitsNoMoreThanItDid) {
   ASSERT_TRUE(MeshBracket(1).ok());
-  EXPECT_LE(controls().uploaded_bytes, 4'600'000);
-  EXPECT_LE(controls().downloaded_bytes, 1'600'000);
-  EXPECT_LE(controls().uploads, 46);
-  EXPECT_LE(controls().downloads, 40);
+  EXPECT_LE(controls().uploaded_bytes, 4'500'000);
+  EXPECT_LE(controls().downloaded_bytes, 1'450'000);
+  EXPECT_LE(controls().uploads, 44);
+  EXPECT_LE(controls().downloads, 39);
   EXPECT_LE(controls().waits, 10);
   EXPECT_LE(controls().looks, 650);
 }

@@ -8,7 +8,7 @@
 
 #include "fields/frame_smoothing.h"
 #include "fields/gradient_task.h"
-#include "fields/hull_constraint.h"
+#include "fields/hull_nodes_task.h"
 #include "fields/lattice_task.h"
 #include "geometry/match_task.h"
 #include "input/hull_batch.h"
@@ -38,12 +38,11 @@ enum class CudaResult : int {
 using CudaTask =
     std::variant<RelaxationTask*, fields::SmoothingTask*, fields::GradientTask*,
                  fields::LatticeTask*, HullBatch<SideOf<PlainPoints>>*,
-                 HullBatch<SideOf<fields::CellCentres>>*, HullBatch<IsNear<fields::CellCentres>>*,
-                 HullBatch<fields::ConstraintsOf>*, HullBatch<DistanceTo<PlainPoints>>*,
-                 HullBatch<ClosestTo<PlainPoints>>*, HullBatch<WindingAround<PlainPoints>>*,
-                 HullBatch<IsSharpToCells>*, HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*,
-                 SampleTask*, SweepTask*, MatchTask*, MeasureCellsTask*, CollectFacesTask*,
-                 SearchPrimitivesTask*>;
+                 HullBatch<SideOf<fields::CellCentres>>*, fields::HullNodesTask*,
+                 HullBatch<DistanceTo<PlainPoints>>*, HullBatch<ClosestTo<PlainPoints>>*,
+                 HullBatch<WindingAround<PlainPoints>>*, HullBatch<IsSharpToCells>*,
+                 HullBatch<WidthAt>*, HullTreeTask*, HullFetchTask*, SampleTask*, SweepTask*,
+                 MatchTask*, MeasureCellsTask*, CollectFacesTask*, SearchPrimitivesTask*>;
 
 extern "C" {
 

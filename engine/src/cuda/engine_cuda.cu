@@ -18,6 +18,7 @@
 #include "exec/cuda_lane.cuh"
 #include "fields/frame_smoothing_impl.h"
 #include "fields/gradient_impl.h"
+#include "fields/hull_nodes_impl.h"
 #include "fields/lattice_impl.h"
 #include "fields/ordered_total.cuh"
 #include "geometry/match_impl.h"
@@ -142,6 +143,13 @@ CudaResult Run(HullBatch<Question>& batch) {
       "asking the hull about " + std::to_string(batch.question.points.count()) + " points");
   CudaExecutor executor(batch.should_stop);
   return AnswerBatch(executor, batch) ? CudaResult::kDone : CudaResult::kStopped;
+}
+
+CudaResult Run(fields::HullNodesTask& task) {
+  RequireMemory(fields::HullNodesBytes<CudaExecutor>(task),
+                "asking the hull about " + std::to_string(task.cells.count()) + " nodes");
+  CudaExecutor executor(task.should_stop);
+  return fields::FindHullNodesThere(executor, task) ? CudaResult::kDone : CudaResult::kStopped;
 }
 
 CudaResult Run(HullTreeTask& task) {

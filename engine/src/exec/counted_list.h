@@ -48,16 +48,22 @@ struct NumberBody {
   AMHEX_HD int64_t operator()(int64_t index) const { return numbers[index]; }
 };
 
+template <class E, class Item>
+struct ListedItems {
+  Buffer<E, int32_t> first;  // [element] where its items begin; at the end how many there are
+  Buffer<E, Item> items;
+};
+
 // The items of elements 0 .. count-1. Waits for their number. Throws std::length_error, which names
 // the search, if there are more than 32 bits can number. Once stopped there are none.
 template <class E, class Search>
-Buffer<E, typename Search::Item> ListItems(E& executor, const char* description, int64_t count,
-                                           const Search& search) {
+ListedItems<E, typename Search::Item> ListItemsByElement(E& executor, const char* description,
+                                                         int64_t count, const Search& search) {
   using Item = typename Search::Item;
   Buffer<E, int32_t> first = executor.template Alloc<int32_t>(count + 1);
   executor.ForEach(description, count + 1, CountItemsBody<Search>{search, first.View()});
   const int64_t total = executor.Reduce(description, count, NumberBody{ReadOnly(first.View())});
-  if (executor.Stopped()) return executor.template Alloc<Item>(0);
+  if (executor.Stopped()) return {std::move(first), executor.template Alloc<Item>(0)};
   if (total > std::numeric_limits<int32_t>::max()) {
     throw std::length_error(std::string(description) + ": there are " + std::to_string(total) +
                             ", limit " + std::to_string(std::numeric_limits<int32_t>::max()));
@@ -66,7 +72,14 @@ Buffer<E, typename Search::Item> ListItems(E& executor, const char* description,
   Buffer<E, Item> items = executor.template Alloc<Item>(total);
   executor.ForEach(description, count,
                    ListItemsBody<Search>{search, ReadOnly(first.View()), items.View()});
-  return items;
+  return {std::move(first), std::move(items)};
+}
+
+// The same where nobody asks whose items they are.
+template <class E, class Search>
+Buffer<E, typename Search::Item> ListItems(E& executor, const char* description, int64_t count,
+                                           const Search& search) {
+  return ListItemsByElement(executor, description, count, search).items;
 }
 
 // Memory where bodies run, for as many elements and items, but for what sums and scans need.

@@ -44,16 +44,24 @@ auto Resident(ResidentSlot& slot, const Upload& upload) {
   return static_cast<const Copy*>(slot.get())->views();
 }
 
-// The same structure on the copies that the first one with this slot made of its arrays. Those are
-// what they were; other members may have changed since.
-template <class E, class Views>
-Views OnResidentArrays(ResidentSlot& slot, const Views& host) {
-  const std::vector<const void*> copies = Resident<E>(slot, [&host](UploadedArrays<E>& arrays) {
+// Where the arrays are of a structure of views that `make(arrays)` gives, if nobody has made it
+// with this slot.
+template <class E, class Make>
+std::vector<const void*> ResidentData(ResidentSlot& slot, const Make& make) {
+  return Resident<E>(slot, [&make](UploadedArrays<E>& arrays) {
     std::vector<const void*> data;
-    Views there = arrays.Upload(host);
+    auto there = make(arrays);
     there.VisitArrays([&data](auto& view) { data.push_back(view.data); });
     return data;
   });
+}
+
+// The same structure on the copies that the first one with this slot made of its arrays, or that
+// were made there (ResidentData). Those are what they were; other members may have changed since.
+template <class E, class Views>
+Views OnResidentArrays(ResidentSlot& slot, const Views& host) {
+  const std::vector<const void*> copies =
+      ResidentData<E>(slot, [&host](UploadedArrays<E>& arrays) { return arrays.Upload(host); });
   Views there = host;
   size_t next = 0;
   there.VisitArrays(

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -16,6 +17,7 @@
 #include "fields/grid_keys.h"
 #include "fields/grid_neighbours.h"
 #include "fields/hull_constraint.h"
+#include "fields/owned_hull_nodes.h"
 #include "input/ask_hull.h"
 #include "input/hull.h"
 
@@ -29,9 +31,10 @@ struct GridLevel {
   // they are kAxisWeight and kDiagonalWeight.
   std::vector<std::array<float, kNeighbourCount>> weights;
   std::vector<int32_t> parent;  // node of the next coarser level; empty on the last
-  // Finest level only: index into constraints, -1 = away from the hull.
-  std::vector<int32_t> constraint_of_node;
-  std::vector<HullConstraints> constraints;
+  // Finest level only: what the hull demands of the nodes next to it, and each node's place among
+  // them, -1 = away from the hull.
+  OwnedHullNodes at_hull;
+  std::vector<int32_t> place_at_hull;
   // Likewise, directions of the user's guidance, whose points mean nothing; empty without guidance.
   std::vector<int32_t> guides_of_node;
   std::vector<HullConstraints> guides;
@@ -39,9 +42,12 @@ struct GridLevel {
   std::array<std::vector<int32_t>, 8> colours;
 
   int64_t count() const { return static_cast<int64_t>(key.size()); }
-  const HullConstraints* ConstraintsOf(int64_t node) const {
-    const int32_t index = constraint_of_node[node];
-    return index < 0 ? nullptr : &constraints[index];
+  // Empty away from the hull.
+  std::span<const HullConstraint> ConstraintsOf(int64_t node) const {
+    const int32_t place = place_at_hull[node];
+    if (place < 0) return {};
+    const HullConstraint* const all = at_hull.constraints.data();
+    return {all + at_hull.first[place], all + at_hull.first[place + 1]};
   }
   const HullConstraints* GuidesOf(int64_t node) const {
     if (guides_of_node.empty() || guides_of_node[node] < 0) return nullptr;
@@ -77,7 +83,7 @@ absl::StatusOr<BackgroundGrid> BuildBackgroundGrid(const Hull& hull, double spac
 // Sorted Morton codes of the inside cells (grid_cells.cpp).
 absl::StatusOr<std::vector<uint64_t>> FindInsideCells(const HullAsker& hull, const Vec3d& origin,
                                                       double spacing, int depth);
-// Fills constraint_of_node and constraints of the finest level (hull_constraints.cpp).
+// Fills at_hull and place_at_hull of the finest level (hull_constraints.cpp).
 absl::Status FindHullConstraints(const HullAsker& hull, BackgroundGrid* grid);
 // Fills guides_of_node and guides of the finest level (guide_directions.cpp).
 absl::Status FindGuideDirections(const Guidance& guidance, BackgroundGrid* grid,

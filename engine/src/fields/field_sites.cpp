@@ -17,7 +17,6 @@
 #include "fields/link_copies.h"
 #include "fields/node_links.h"
 #include "fields/orientation_field.h"
-#include "fields/owned_hull_nodes.h"
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
 #include "fields/size_field.h"
@@ -110,7 +109,6 @@ struct GridFields {
   DeviceUse* device = nullptr;  // where to solve; null = on the CPU
   // Of what is there.
   fields::LinkCopies links;
-  fields::OwnedHullNodes at_hull;
   ResidentSlot frames_there, sizes_there;
 };
 
@@ -133,7 +131,6 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
   const double spacing = 1.0 / kNodesPerEdge / std::cbrt(recipe.grid);
   AMHEX_ASSIGN_OR_RETURN(result.grid,
                          BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
-  result.at_hull = fields::OwnedHullNodes(result.grid.fine());
   OrientationSettings orientation_settings;
   orientation_settings.hull_weight = recipe.hull_weight;
   orientation_settings.normal_fading = recipe.normal_fading;
@@ -215,7 +212,7 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved, SharedF
   task.rotations = {kAxisRotations.data(), kRotationCount};
   task.expected = {view(solved.frames), view(solved.sizes), solved.grid.spacing};
   task.form_there = {&solved.frames_there, &solved.sizes_there, &shared.closed_there};
-  task.at_hull = solved.at_hull.View();
+  task.at_hull = solved.grid.fine().at_hull.View();
   task.closed = {&shared.closed.data()->data()->x, kIncrements * solved.grid.count()};
   task.density = shared.density, task.denser = denser;
   task.course = CourseOf({}, slice.Part(0, kPhaseDone));

@@ -29,9 +29,8 @@ struct HullConstraints {
 // A node is next to the hull when the hull is closer than this (in grid spacings).
 inline constexpr double kHullReach = 1.0;
 
-// The constraints of one node after the other.
+// What the hull demands there.
 struct ConstraintsOf {
-  using Answer = HullConstraints;
   CellCentres points;
 
   AMHEX_HD HullConstraints operator()(const HullView& hull, int64_t i) const {

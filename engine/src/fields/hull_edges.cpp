@@ -55,15 +55,13 @@ std::vector<uint16_t> FollowHull(const ExpectedLattice& lattice, const RunContex
                                  Increments* increments) {
   const GridLevel& level = lattice.grid.fine();
   std::vector<uint16_t> follows(level.count(), 0);
-  ForEach(run, level.count(), [&](int64_t i) {
-    const HullConstraints* own = level.ConstraintsOf(i);
-    if (own == nullptr) return;
+  ForEach(run, level.at_hull.View().count(), [&](int64_t k) {
+    const int32_t i = level.at_hull.nodes[k];
     for (int d = 0; d < 3; ++d) {
       const int32_t j = level.neighbours[i][d];
-      const HullConstraints* other = j < 0 ? nullptr : level.ConstraintsOf(j);
-      if (other == nullptr) continue;
-      for (const HullConstraint& from : *own) {
-        for (const HullConstraint& to : *other) {
+      if (j < 0) continue;
+      for (const HullConstraint& from : level.ConstraintsOf(i)) {
+        for (const HullConstraint& to : level.ConstraintsOf(j)) {
           follows[i] = static_cast<uint16_t>(follows[i] |
                                              FollowPiece(lattice, i, d, {from, to}, increments));
         }

@@ -63,15 +63,14 @@ HullForms FinestHullForms(const BackgroundGrid& grid, const HullSamples& samples
                           const OrientationSettings& settings, const RunContext& run) {
   const GridLevel& level = grid.fine();
   HullForms hull;
-  hull.of_node = level.constraint_of_node;
-  hull.forms.resize(level.constraints.size());
+  hull.of_node = level.place_at_hull;
+  hull.forms.resize(level.at_hull.nodes.size());
   const NormalsAround normals(samples);
   const double reach = kHullReach * grid.spacing;
-  ForEach(run, level.count(), [&](int64_t i) {
-    const HullConstraints* constraints = level.ConstraintsOf(i);
-    if (constraints == nullptr) return;
-    QuarticForm& form = hull.forms[hull.of_node[i]];
-    for (const HullConstraint& constraint : *constraints) {
+  ForEach(run, level.at_hull.View().count(), [&](int64_t k) {
+    const int32_t i = level.at_hull.nodes[k];
+    QuarticForm& form = hull.forms[k];
+    for (const HullConstraint& constraint : level.ConstraintsOf(i)) {
       const MeanNormal mean = normals.At(constraint);
       const double depth = std::abs(Dot(constraint.normal, constraint.point - grid.Position(i)));
       const double trust = 1 - settings.normal_fading * std::min(1.0, depth / reach);

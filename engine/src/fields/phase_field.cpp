@@ -7,7 +7,6 @@
 #include "fields/frame_lanes.h"
 #include "fields/gradient_bodies.h"
 #include "fields/node_links.h"
-#include "fields/owned_hull_nodes.h"
 #include "fields/phase_seeds.h"
 
 namespace amhex::fields {
@@ -229,11 +228,11 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const PhaseSettings& settings,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
-  const OwnedHullNodes at_hull(grid.fine());
+  const HullNodes at_hull = grid.fine().at_hull.View();
   std::vector<float> x(6 * grid.count(), 0.0F);
   {
     const OwnedLinks links(grid.fine(), codes, run);
-    const OwnedWishes wishes = FindWishes(at_hull.View(), grid, form, settings.hull_weight, run);
+    const OwnedWishes wishes = FindWishes(at_hull, grid, form, settings.hull_weight, run);
     PhaseSystem phases(
         links.View(),
         {{&form.increments.data()->data()->x, kIncrements * grid.count()}, wishes.view}, run);
@@ -243,8 +242,8 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
   std::vector<Vec3d> positions(grid.count());
   const ArrayView<Vec3d> places{positions.data(), grid.count()};
   ForEach(run, grid.count(), FindPositionBody{grid.Cells(), ViewOf(form.steps), ViewOf(x), places});
-  ForEach(run, at_hull.View().count(),
-          ProjectToLayersBody{at_hull.View(), ViewOf(form.frames), ViewOf(form.sizes), places});
+  ForEach(run, at_hull.count(),
+          ProjectToLayersBody{at_hull, ViewOf(form.frames), ViewOf(form.sizes), places});
   if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
   slice.Report(1.0);
   return positions;

@@ -33,17 +33,24 @@ class HullAsker {
       batch.hull = queries_.view();
       return AnswerOnCpu(batch);
     };
+    AMHEX_RETURN_IF_ERROR(RunFor(question.points.count(), &batch, on_cpu));
+    return std::move(batch.answers);
+  }
+
+  // Likewise for a task that is about so many points; `on_cpu` as of DeviceUse::Run.
+  template <class OnCpu>
+  absl::Status RunFor(int64_t point_count, const CudaTask& task, const OnCpu& on_cpu) const {
     // On a device, fewer points cost more than they save (a guess: some ten microseconds for every
     // copy and launch, against two per point on the CPU).
     constexpr int64_t kFewestForDevice = 512;
-    if (question.points.count() < kFewestForDevice && queries_.is_here()) {
+    if (point_count < kFewestForDevice && queries_.is_here()) {
       on_cpu();
     } else {
-      AMHEX_RETURN_IF_ERROR(RunWhereChosen(device_, &batch, on_cpu).status());
+      AMHEX_RETURN_IF_ERROR(RunWhereChosen(device_, task, on_cpu).status());
     }
-    AMHEX_RETURN_IF_ERROR(poll_.Status());
-    return std::move(batch.answers);
+    return poll_.Status();
   }
+  bool IsToStop() const { return poll_.IsToStop(); }
 
   // The same for steps without a status: throws RunStopped, or StatusError with the others.
   template <class Question>

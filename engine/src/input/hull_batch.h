@@ -44,17 +44,6 @@ struct SideOf {
   }
 };
 
-// 1 where the hull is at most `reach` away.
-template <class Points>
-struct IsNear {
-  using Answer = uint8_t;
-  Points points;
-  double reach = 0;  // edge lengths
-  AMHEX_HD uint8_t operator()(const HullView& hull, int64_t i) const {
-    return hull.IsWithin(points[i], reach) ? 1 : 0;
-  }
-};
-
 // How far the hull is, in edge lengths.
 template <class Points>
 struct DistanceTo {

@@ -124,8 +124,7 @@ TEST(BackgroundGrid, ABoxConstrainsFacesOnceEdgesTwiceAndCornersThrice) {
   ASSERT_TRUE(grid.ok());
   std::array<int64_t, 4> nodes_with{};
   for (int64_t i = 0; i < grid->count(); ++i) {
-    const HullConstraints* constraints = grid->fine().ConstraintsOf(i);
-    ++nodes_with[constraints == nullptr ? 0 : constraints->count];
+    ++nodes_with[grid->fine().ConstraintsOf(i).size()];
   }
   // 6 x 8 x 10 nodes, of which 4 x 6 x 8 touch no face.
   EXPECT_EQ(nodes_with[0], 4 * 6 * 8);

@@ -139,7 +139,7 @@ TEST(LatticeForm, KeepsItsLayersParallelToARoundHull) {
       ++followed;
       // Depths differ by no more than the way between two points of a nearly flat hull.
       EXPECT_LE(std::abs(increments[i][d][a]), 1.5 * fields.grid.spacing / fields.sizes[i][a]);
-      const HullConstraint& hull = *level.ConstraintsOf(i)->begin();
+      const HullConstraint& hull = level.ConstraintsOf(i).front();
       const AxisFrame frame = ToFrame(fields.frames[i]);
       EXPECT_GT(std::abs(Dot(frame.axis[a], hull.normal)), kAlignedCosine);
     }

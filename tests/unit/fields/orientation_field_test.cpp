@@ -23,9 +23,9 @@ TEST(OrientationField, PutsAnAxisOnTheNormalNextToASmoothHull) {
   const SolvedFields fields(fixtures::MakeTorus(5, 2, 0.4));
   ASSERT_TRUE(fields.ok);
   for (int64_t i = 0; i < fields.grid.count(); ++i) {
-    const HullConstraints* constraints = fields.grid.fine().ConstraintsOf(i);
-    if (constraints == nullptr || constraints->count != 1) continue;
-    const Vec3d& normal = constraints->item[0].normal;
+    const auto constraints = fields.grid.fine().ConstraintsOf(i);
+    if (constraints.size() != 1) continue;
+    const Vec3d& normal = constraints[0].normal;
     EXPECT_GT(FindNearestAxis(ToFrame(fields.frames[i]), normal).cosine, 0.98);
   }
 }
@@ -42,9 +42,7 @@ double MissedNormals(const OrientationSettings& settings) {
   EXPECT_TRUE(field.ok());
   double sum = 0;
   for (int64_t i = 0; i < grid->count(); ++i) {
-    const HullConstraints* constraints = grid->fine().ConstraintsOf(i);
-    if (constraints == nullptr) continue;
-    for (const HullConstraint& hull_there : *constraints) {
+    for (const HullConstraint& hull_there : grid->fine().ConstraintsOf(i)) {
       sum += 1 - FindNearestAxis(ToFrame(field->frames[i]), hull_there.normal).cosine;
     }
   }
@@ -76,9 +74,9 @@ TEST(OrientationField, FollowsFacesThatAreAsFarFromOneAxisAsFromTheOthers) {
   ASSERT_TRUE(fields.ok);
   int64_t following = 0, all = 0;
   for (int64_t i = 0; i < fields.grid.count(); ++i) {
-    const HullConstraints* constraints = fields.grid.fine().ConstraintsOf(i);
-    if (constraints == nullptr || constraints->count != 1) continue;
-    const Vec3d& normal = constraints->item[0].normal;
+    const auto constraints = fields.grid.fine().ConstraintsOf(i);
+    if (constraints.size() != 1) continue;
+    const Vec3d& normal = constraints[0].normal;
     following += FindNearestAxis(ToFrame(fields.frames[i]), normal).cosine > 0.98 ? 1 : 0;
     ++all;
   }

@@ -93,13 +93,8 @@ template <class Answer>
 bool IsSameAnswer(const Answer& a, const Answer& b) {
   return a == b;
 }
-bool IsSameAnswer(const fields::HullConstraints& a, const fields::HullConstraints& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
-    return x.normal == y.normal && x.point == y.point;
-  });
-}
 
-TEST(CudaParityOfHullQueries, GivesTheSameSidesNearnessAndConstraintsAsTheCpu) {
+TEST(CudaParityOfHullQueries, GivesTheSameSidesAndDistancesAsTheCpu) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
   const Hull hull = testing_support::HullOfMesh(fixtures::MakeTwistedBox({3, 2, 4}, 1.0, 0.4));
@@ -127,12 +122,36 @@ TEST(CudaParityOfHullQueries, GivesTheSameSidesNearnessAndConstraintsAsTheCpu) {
   const auto number = [](auto answer) { return static_cast<int>(answer); };
   expect_equal(SideOf<PlainPoints>{plain}, number);
   expect_equal(SideOf<fields::CellCentres>{cells, 0.4}, number);
-  expect_equal(IsNear<fields::CellCentres>{cells, 0.25}, number);
-  expect_equal(fields::ConstraintsOf{cells}, [](const auto& answer) { return answer.count; });
   const auto tenth = [](double answer) { return static_cast<int>(10 * answer); };
   expect_equal(DistanceTo<PlainPoints>{plain}, tenth);
   expect_equal(WindingAround<PlainPoints>{plain}, tenth);
   expect_equal(ClosestTo<PlainPoints>{plain}, [&](const Vec3d& answer) { return tenth(answer.x); });
+}
+
+TEST(CudaParityOfFields, FindsTheSameNodesAtTheHullAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  const Hull hull = testing_support::HullOfMesh(fixtures::MakeTwistedBox({3, 2, 4}, 1.0, 0.4));
+  RunContext run;
+  const fields::ProgressSlice slice(run, 0, 1);
+  constexpr double kSpacing = 0.25;
+  const auto cpu = fields::BuildBackgroundGrid(hull, kSpacing, slice);
+  const auto cuda = fields::BuildBackgroundGrid(hull, kSpacing, slice, &*device);
+  ASSERT_TRUE(cpu.ok()) << cpu.status();
+  ASSERT_TRUE(cuda.ok()) << cuda.status();
+  const fields::OwnedHullNodes &here = cpu->fine().at_hull, &there = cuda->fine().at_hull;
+  EXPECT_EQ(here.nodes, there.nodes);
+  EXPECT_EQ(here.first, there.first);
+  EXPECT_TRUE(std::equal(here.constraints.begin(), here.constraints.end(),
+                         there.constraints.begin(), there.constraints.end(),
+                         [](const fields::HullConstraint& a, const fields::HullConstraint& b) {
+                           return a.normal == b.normal && a.point == b.point;
+                         }));
+  // Some nodes are away from the hull, and others at its edges.
+  EXPECT_GT(cpu->count(), static_cast<int64_t>(here.nodes.size()));
+  EXPECT_GT(here.constraints.size(), here.nodes.size());
+  EXPECT_TRUE(here.there == nullptr);
+  EXPECT_TRUE(there.there != nullptr);
 }
 
 bool AreEqual(const std::vector<AxisFrame>& a, const std::vector<AxisFrame>& b) {
