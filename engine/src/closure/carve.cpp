@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
-#include <tuple>
 #include <vector>
 
 #include "closure/cavities.h"
+#include "closure/cavity_parts.h"
 #include "closure/hull_patch.h"
 #include "closure/least_scores.h"
 #include "closure/star_fill.h"
@@ -63,6 +62,9 @@ struct Part {
 bool Contains(const std::vector<int>& sorted, int value) {
   return std::binary_search(sorted.begin(), sorted.end(), value);
 }
+
+// Of a loop's triangles and quads, all quads but one at most.
+size_t LeastPatchFaces(size_t loop_length) { return loop_length < 3 ? 0 : (loop_length - 1) / 2; }
 
 // Finds the best carving around one open face.
 class PartSearch {
@@ -197,7 +199,7 @@ class PartSearch {
       if (StarQuality(face, carving.apex, mesh_.vertices()) > kVisibleQuality) hull.push_back(face);
     }
     fixed.insert(fixed.end(), hull.begin(), hull.end());
-    if (!Close(fixed, &carving)) return;
+    if (!Close(part, fixed, &carving)) return;
     int membranes = 0;
     carving.hull = hull;
     for (size_t i = fixed.size(); i < carving.faces.size(); ++i) {
@@ -210,17 +212,33 @@ class PartSearch {
     const double quality = MinStarQuality(carving.faces, carving.apex, mesh_.vertices());
     const int closed = static_cast<int>(closed_.size()) - membranes;
     if (quality < limits_.min_quality || closed <= 0) return;
-    const double cost = AbsorbedCost(part) +
-                        kCostPerFace * static_cast<double>(carving.faces.size()) + 1 +
+    const double cost = CostOfFaces(part, carving.faces.size()) +
                         QualityPenalty(FillWeights{}, quality) + kMembraneCost * membranes;
     carving.cost_per_face = cost / closed;
     if (carving.cost_per_face < best_.cost_per_face) best_ = std::move(carving);
   }
 
+  // Of a star that stands on so many faces, however good its cells and without membranes.
+  double CostOfFaces(const Part& part, size_t faces) const {
+    return AbsorbedCost(part) + kCostPerFace * static_cast<double>(faces) + 1;
+  }
+
+  // True if no star on so many faces or more could become the best, or be worth it. A sum that
+  // rounds is no less for larger terms, so what this leaves out makes no difference.
+  bool IsHopeless(const Part& part, size_t faces) const {
+    const double cost = CostOfFaces(part, faces);
+    const double per_face = cost / static_cast<double>(closed_.size());
+    return cost > 0 && (per_face >= best_.cost_per_face || per_face > limits_.max_cost_per_face);
+  }
+
   // Closes the loops of `fixed` by patches; the patch depends on the apex and the apex on the
-  // patch: two rounds settle both.
-  bool Close(const std::vector<CellFace>& fixed, Carving* carving) const {
+  // patch: two rounds settle both. False if that makes no star, or none that is worth it.
+  bool Close(const Part& part, const std::vector<CellFace>& fixed, Carving* carving) const {
+    if (IsHopeless(part, fixed.size())) return false;
     const auto loops = BoundaryLoops(fixed);
+    size_t least_faces = fixed.size();
+    for (const auto& loop : loops) least_faces += LeastPatchFaces(loop.size());
+    if (IsHopeless(part, least_faces)) return false;
     for (int round = 0; round < 2; ++round) {
       carving->faces = fixed;
       for (const auto& loop : loops) {
@@ -229,6 +247,7 @@ class PartSearch {
         if (!patch) return false;
         carving->faces.insert(carving->faces.end(), patch->faces.begin(), patch->faces.end());
       }
+      if (round == 1 && IsHopeless(part, carving->faces.size())) return false;
       const double first_step = round == 0 ? 0.25 : 0.1;
       if (ImproveApex(carving->faces, mesh_.vertices(), first_step, &carving->apex) <= 0) {
         return false;
@@ -247,44 +266,6 @@ class PartSearch {
   Carving best_;
   int64_t part_count_ = 0;
 };
-
-// Faces that share an edge, within one cavity.
-std::vector<std::vector<int>> FaceNeighbours(const std::vector<CellFace>& faces) {
-  std::map<std::pair<int32_t, int32_t>, std::vector<int>> at_edge;
-  for (size_t f = 0; f < faces.size(); ++f) {
-    for (int j = 0; j < faces[f].count; ++j) {
-      at_edge[std::minmax(faces[f].v[j], faces[f].v[(j + 1) % faces[f].count])].push_back(
-          static_cast<int>(f));
-    }
-  }
-  std::vector<std::vector<int>> neighbours(faces.size());
-  for (const auto& [edge, users] : at_edge) {
-    for (const int a : users) {
-      for (const int b : users) {
-        if (a != b) neighbours[a].push_back(b);
-      }
-    }
-  }
-  return neighbours;
-}
-
-// The faces connected to `seed` within `radius` of it, ascending.
-std::vector<int> PartAround(const std::vector<CellFace>& faces, const std::vector<Vec3d>& centres,
-                            const std::vector<std::vector<int>>& neighbours, int seed,
-                            double radius) {
-  std::vector<int> part = {seed};
-  std::vector<uint8_t> seen(faces.size(), 0);
-  seen[seed] = 1;
-  for (size_t i = 0; i < part.size(); ++i) {
-    for (const int next : neighbours[part[i]]) {
-      if (seen[next] || Norm(centres[next] - centres[seed]) > radius) continue;
-      seen[next] = 1;
-      part.push_back(next);
-    }
-  }
-  std::sort(part.begin(), part.end());
-  return part;
-}
 
 bool IsStillPossible(const WorkingMesh& mesh, const Carving& carving) {
   for (const int cell : carving.cells) {

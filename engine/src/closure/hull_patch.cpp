@@ -17,6 +17,7 @@ constexpr double kForbidden = 1e6;
 constexpr double kGoodQuality = 0.25;
 constexpr double kMinQuality = 0.004;
 constexpr double kQualityWeight = 60;
+constexpr double kQualitySlack = 1e-9;
 // A chord's mid point may leave the hull by this much for free.
 constexpr double kFreeChordDistance = 0.08;
 constexpr double kChordWeight = 15;
@@ -87,21 +88,24 @@ class PatchProgram {
   void TryFace(const CellFace& face, double parts, const Choice& option, double* best,
                Choice* choice) const {
     if (parts + 1 >= *best) return;
-    const double cost = parts + 1 + FaceCost(face);
+    const double cost = parts + 1 + FaceCost(face, *best - parts - 1);
     if (cost < *best) *best = cost, *choice = option;
   }
 
-  double FaceCost(const CellFace& face) const {
+  // Where it is no less than `most`, some value that is not.
+  double FaceCost(const CellFace& face, double most) const {
     const auto& x = mesh_.vertices();
-    const double quality = StarQuality(face, apex_, x);
-    if (quality <= kMinQuality) return kForbidden;
+    // A quality at which the deficit alone costs so much; below, for rounding.
+    const double hopeless = kGoodQuality - most / kQualityWeight - kQualitySlack;
+    const double quality = StarQuality(face, apex_, x, std::max(kMinQuality, hopeless));
+    if (quality <= kMinQuality || quality <= hopeless) return kForbidden;
     double cost = kQualityWeight * std::max(0.0, kGoodQuality - quality);
     if (face.count == 4) {
       const CellFace other{3, {face.v[0], face.v[2], face.v[3], -1}};
       const double cosine = Dot(FaceUnitNormal(face, x), FaceUnitNormal(other, x));
       cost += kFoldWeight * std::max(0.0, kFlatCosine - cosine);
     }
-    return mesh_.IsUsed(face) ? kForbidden : cost;
+    return cost < most && mesh_.IsUsed(face) ? kForbidden : cost;
   }
 
   double ChordCost(int i, int j) const {

@@ -174,15 +174,16 @@ double TriangleSolidAngle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 }  // namespace
 
-double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& x) {
+double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& x,
+                   double enough) {
   double quality = 1;
-  for (int j = 0; j < face.count; ++j) {
+  for (int j = 0; j < face.count && quality > enough; ++j) {
     const Vec3d& a = x[face.v[j]];
     const Vec3d next = x[face.v[(j + 1) % face.count]] - a;
     const Vec3d previous = x[face.v[(j + face.count - 1) % face.count]] - a;
     quality = std::min(quality, CornerQuality(next, previous, apex - a));
   }
-  if (face.count == 3) {
+  if (face.count == 3 && quality > enough) {
     quality = std::min(
         quality, CornerQuality(x[face.v[1]] - apex, x[face.v[0]] - apex, x[face.v[2]] - apex));
   }

@@ -11,8 +11,10 @@
 
 namespace amhex {
 
-// Minimum scaled Jacobian of the cell between `face` and `apex`; <= 0 if inverted.
-double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& vertices);
+// Minimum scaled Jacobian of the cell between `face` and `apex`; <= 0 if inverted. Where that is
+// not above `enough`, some value that is not.
+double StarQuality(const CellFace& face, const Vec3d& apex, const std::vector<Vec3d>& vertices,
+                   double enough = -2);
 double MinStarQuality(const std::vector<CellFace>& faces, const Vec3d& apex,
                       const std::vector<Vec3d>& vertices);
 
