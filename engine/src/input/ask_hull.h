@@ -10,6 +10,7 @@
 #include "base/stop_poll.h"
 #include "cuda/device_use.h"
 #include "exec/cpu_executor.h"
+#include "input/answer_in_lanes.h"
 #include "input/hull_batch.h"
 #include "input/hull_queries.h"
 
@@ -72,7 +73,7 @@ class HullAsker {
     batch.answers.resize(static_cast<size_t>(batch.question.points.count()));
     const ArrayView answers{batch.answers.data(), batch.question.points.count()};
     executor.ForEach("ask the hull", answers.size,
-                     AskBody<Question>{batch.hull, batch.question, answers});
+                     AskSomeBody<Question>{batch.hull, batch.question, answers});
     return !executor.Stopped();
   }
 

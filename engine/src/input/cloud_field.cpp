@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "input/winding_in_lanes.h"
+
 namespace amhex {
 namespace {
 
@@ -117,9 +119,15 @@ CloudField::Local CloudField::MovingLeastSquares(
   return fits[static_cast<size_t>(DecidingPiece(pieces, distance))];
 }
 
+bool CloudField::IsByPlanes(const Local& local) {
+  return local.is_near && local.ratio < kTrustedRatio;
+}
+
 double CloudField::ValueOf(const Local& local, const Vec3d& p) const {
-  if (local.is_near && local.ratio < kTrustedRatio) return local.distance;
-  const double winding = discs_.WindingNumber(p);
+  return IsByPlanes(local) ? local.distance : ValueOf(local, discs_.WindingNumber(p));
+}
+
+double CloudField::ValueOf(const Local& local, double winding) {
   const double by_winding = (0.5 - winding) * local.unit;
   if (!local.is_near) return by_winding;
   const double value = local.nearness * local.distance + (1 - local.nearness) * by_winding;
@@ -167,6 +175,22 @@ class CloudField::Part : public SurfaceField {
   double Value(const Vec3d& p) const override {
     last_ = {p, LocalAt(p)};
     return field_.ValueOf(last_->second, p);
+  }
+  EightValues Values(const EightPoints& p) const override {
+    std::array<Local, 8> local;
+    EightPoints asked;
+    int count = 0;
+    for (size_t i = 0; i < p.size(); ++i) {
+      local[i] = LocalAt(p[i]);
+      if (!IsByPlanes(local[i])) asked[static_cast<size_t>(count++)] = p[i];
+    }
+    const EightValues winding = WindingNumbers(field_.discs_.view(), asked.data(), count);
+    EightValues values;
+    size_t next = 0;
+    for (size_t i = 0; i < p.size(); ++i) {
+      values[i] = IsByPlanes(local[i]) ? local[i].distance : ValueOf(local[i], winding[next++]);
+    }
+    return values;
   }
   Vec3d Normal(const Vec3d& p, double spacing) const override {
     return field_.NormalBy(p, spacing, [this](const Vec3d& at) {

@@ -41,6 +41,9 @@ class CloudField : public SurfaceField {
   class Part;
   // `near`: the nearest samples.
   Local MovingLeastSquares(const Vec3d& p, const std::vector<PointTree::Neighbour>& near) const;
+  // Whether the samples alone decide.
+  static bool IsByPlanes(const Local& local);
+  static double ValueOf(const Local& local, double winding);
   double ValueOf(const Local& local, const Vec3d& p) const;
   // `local_at(p)` tells what the samples around p say.
   template <class Ask>

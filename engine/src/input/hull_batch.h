@@ -39,8 +39,11 @@ struct SideOf {
   double near = -1;  // edge lengths; negative: no point is near
   AMHEX_HD HullSide operator()(const HullView& hull, int64_t i) const {
     const Vec3d p = points[i];
-    if (near >= 0 && hull.IsWithin(p, near)) return HullSide::kNear;
+    if (IsNear(hull, p)) return HullSide::kNear;
     return hull.IsInside(p) ? HullSide::kInside : HullSide::kOutside;
+  }
+  AMHEX_HD bool IsNear(const HullView& hull, const Vec3d& p) const {
+    return near >= 0 && hull.IsWithin(p, near);
   }
 };
 

@@ -34,6 +34,20 @@ struct HullDipole {
   double far_squared = 0;  // squared distance from `centre` beyond which the dipole is used
 };
 
+// The solid angle of a node's triangles from far away; r: from there to the dipole's centre, its
+// square and its length. For one point or for several in lanes.
+template <class Vector, class Number>
+AMHEX_LANES_TOO Number FarSolidAngle(const HullDipole& dipole, const Vector& r,
+                                     const Number& squared, const Number& length) {
+  const Number along =
+      dipole.xx * r.x * r.x + dipole.yy * r.y * r.y + dipole.zz * r.z * r.z +
+      2.0 * (dipole.xy * r.x * r.y + dipole.yz * r.y * r.z + dipole.zx * r.z * r.x);
+  const double trace = dipole.xx + dipole.yy + dipole.zz;
+  const Vec3d& normal = dipole.area_normal;
+  return (normal.x * r.x + normal.y * r.y + normal.z * r.z + trace - 3.0 * along / squared) /
+         (squared * length);
+}
+
 // From this depth on nodes are halved by count, which bounds the depth by 64 + log2(2^31) and so
 // the nodes that wait on a stack.
 inline constexpr int kHullBalancedDepth = 64;
@@ -91,7 +105,7 @@ struct HullView {
       const Vec3d to_centre = dipole.centre - p;
       const double squared = SquaredNorm(to_centre);
       if (squared > dipole.far_squared) {
-        solid_angle += FarSolidAngle(dipole, to_centre, squared);
+        solid_angle += FarSolidAngle(dipole, to_centre, squared, std::sqrt(squared));
         continue;
       }
       const HullNode& node = nodes.data[id];
@@ -104,7 +118,8 @@ struct HullView {
     return solid_angle / (4 * std::numbers::pi);
   }
 
-  AMHEX_HD bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
+  AMHEX_HD bool IsInside(const Vec3d& p) const { return IsInsideBy(WindingNumber(p)); }
+  AMHEX_HD static bool IsInsideBy(double winding) { return winding > 0.5; }
 
   AMHEX_HD double ExitDistance(const Vec3d& origin, const Vec3d& direction,
                                double min_length) const {
@@ -215,15 +230,6 @@ struct HullView {
         best = {q, i, squared};
       }
     }
-  }
-
-  AMHEX_HD static double FarSolidAngle(const HullDipole& dipole, const Vec3d& r, double squared) {
-    const double along =
-        dipole.xx * r.x * r.x + dipole.yy * r.y * r.y + dipole.zz * r.z * r.z +
-        2 * (dipole.xy * r.x * r.y + dipole.yz * r.y * r.z + dipole.zx * r.z * r.x);
-    const double trace = dipole.xx + dipole.yy + dipole.zz;
-    return (Dot(dipole.area_normal, r) + trace - 3 * along / squared) /
-           (squared * std::sqrt(squared));
   }
 };
 

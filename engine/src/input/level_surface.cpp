@@ -224,6 +224,12 @@ class DualSurface {
 
 }  // namespace
 
+EightValues SurfaceField::Values(const EightPoints& p) const {
+  EightValues values;
+  for (size_t i = 0; i < p.size(); ++i) values[i] = Value(p[i]);
+  return values;
+}
+
 std::unique_ptr<SurfaceField> SurfaceField::Around(const Vec3d& /*centre*/,
                                                    double /*reach*/) const {
   return nullptr;

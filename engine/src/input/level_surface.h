@@ -1,6 +1,7 @@
 // A closed surface where a field changes its sign, sharp edges included.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -10,12 +11,17 @@
 
 namespace amhex {
 
+using EightPoints = std::array<Vec3d, 8>;
+using EightValues = std::array<double, 8>;
+
 // A solid known by questions: negative inside. Called from several threads at once.
 class SurfaceField {
  public:
   virtual ~SurfaceField() = default;
   // Its sign decides; between points of different sign it is searched for its zero.
   virtual double Value(const Vec3d& p) const = 0;
+  // The same for eight points near each other, found together.
+  virtual EightValues Values(const EightPoints& p) const;
   // Unit outward normal at a point next to the surface; `spacing` is the grid's.
   virtual Vec3d Normal(const Vec3d& p, double spacing) const = 0;
   // The same answers, found faster within `reach` of `centre`; it must not outlive the field. Null

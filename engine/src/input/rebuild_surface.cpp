@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "input/surface_topology.h"
 #include "input/thin_cloud.h"
 #include "input/triangle_math.h"
+#include "input/winding_in_lanes.h"
 
 namespace amhex {
 namespace {
@@ -72,7 +74,8 @@ class VolumeCount {
       const size_t x = i % kVolumeBlocks, y = i / kVolumeBlocks % kVolumeBlocks,
                    z = i / kVolumeBlocks / kVolumeBlocks;
       const Vec3d at{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
-      inside[i] = CountIn(low_ + Scaled(at, side_), side_, kVolumeHalvings);
+      const Vec3d low = low_ + Scaled(at, side_);
+      inside[i] = CountIn(low, side_, kVolumeHalvings, queries_.WindingNumber(low + side_ / 2.0));
     });
     const int64_t total = std::accumulate(inside.begin(), inside.end(), int64_t{0});
     return static_cast<double>(total) * side_.x * side_.y * side_.z /
@@ -83,20 +86,23 @@ class VolumeCount {
   static int64_t SmallestIn(int halvings) { return int64_t{1} << (3 * halvings); }
   static Vec3d Scaled(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
-  // In smallest blocks.
-  int64_t CountIn(const Vec3d& low, const Vec3d& side, int halvings) const {
+  // In smallest blocks; `winding` around the block's centre.
+  int64_t CountIn(const Vec3d& low, const Vec3d& side, int halvings, double winding) const {
     if (run_.ShouldStop()) return 0;
     const Vec3d centre = low + side / 2.0;
-    const double winding = queries_.WindingNumber(centre);
     const bool is_sure = halvings == 0 || ((winding < kSurelyOutside || winding > kSurelyInside) &&
                                            !queries_.IsWithin(centre, kNearBlock * Norm(side) / 2));
     if (is_sure) return winding > 0.5 ? SmallestIn(halvings) : 0;
-    int64_t count = 0;
-    for (int i = 0; i < 8; ++i) {
-      const int x = i % 2, y = i / 2 % 2, z = i / 4;
-      const Vec3d step{x * side.x / 2, y * side.y / 2, z * side.z / 2};
-      count += CountIn(low + step, side / 2.0, halvings - 1);
+    std::array<Vec3d, 8> eighth, middle;
+    for (size_t i = 0; i < 8; ++i) {
+      const size_t x = i % 2, y = i / 2 % 2, z = i / 4;
+      const Vec3d at{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+      eighth[i] = low + Scaled(at, side / 2.0);
+      middle[i] = eighth[i] + side / 2.0 / 2.0;
     }
+    const auto around = WindingNumbers(queries_.view(), middle.data(), 8);
+    int64_t count = 0;
+    for (size_t i = 0; i < 8; ++i) count += CountIn(eighth[i], side / 2.0, halvings - 1, around[i]);
     return count;
   }
 
@@ -166,6 +172,11 @@ class SoupField : public SurfaceField {
  public:
   explicit SoupField(const HullQueries& queries) : queries_(queries) {}
   double Value(const Vec3d& p) const override { return 0.5 - queries_.WindingNumber(p); }
+  EightValues Values(const EightPoints& p) const override {
+    EightValues values = WindingNumbers(queries_.view(), p.data(), 8);
+    for (double& value : values) value = 0.5 - value;
+    return values;
+  }
   Vec3d Normal(const Vec3d& p, double spacing) const override {
     // At a triangle its normal; in an opening the slope of the winding number.
     const HullPoint closest = queries_.Closest(p, kAtTriangle * spacing);

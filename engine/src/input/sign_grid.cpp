@@ -129,15 +129,19 @@ absl::Status SignGrid::Evaluate(std::vector<int64_t> keys, RunContext& run) {
     const auto around =
         field_.Around(Position(corner) + Vec3d{half, half, half}, std::sqrt(3.0) * half);
     const SurfaceField& field = around != nullptr ? *around : field_;
-    float* value = &values_[(first + i) * kBlockNodes];
+    EightPoints points;
+    static_assert(points.size() == kBlockNodes);
+    size_t count = 0;
     for (int64_t z = 0; z < kBlockSide; ++z) {
       for (int64_t y = 0; y < kBlockSide; ++y) {
         for (int64_t x = 0; x < kBlockSide; ++x) {
-          const NodeIndex node = {corner[0] + x, corner[1] + y, corner[2] + z};
-          *value++ = static_cast<float>(field.Value(Position(node)));
+          points[count++] = Position({corner[0] + x, corner[1] + y, corner[2] + z});
         }
       }
     }
+    const EightValues values = field.Values(points);
+    float* value = &values_[(first + i) * kBlockNodes];
+    for (size_t k = 0; k < count; ++k) value[k] = static_cast<float>(values[k]);
   });
   const auto middle = static_cast<std::ptrdiff_t>(sorted_keys_.size());
   sorted_keys_.insert(sorted_keys_.end(), keys.begin(), keys.end());

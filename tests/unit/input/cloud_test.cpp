@@ -246,6 +246,14 @@ TEST(CloudField, ItsPartsAnswerAsTheWhole) {
         EXPECT_EQ(part->Value(p), field.Value(p));
         EXPECT_EQ(part->Normal(p, reach / 10), field.Normal(p, reach / 10));
       }
+      EightPoints corners;
+      for (size_t k = 0; k < corners.size(); ++k) {
+        const Vec3d step{static_cast<double>(k % 2), static_cast<double>(k / 2 % 2),
+                         static_cast<double>(k / 4)};
+        corners[k] = centre + step * (2 * reach);
+      }
+      const EightValues values = part->Values(corners);
+      for (size_t k = 0; k < corners.size(); ++k) EXPECT_EQ(values[k], field.Value(corners[k]));
     }
   }
 }

@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
 #include "fixtures/solids.h"
+#include "input/ask_hull.h"
 #include "input/triangle_math.h"
+#include "input/winding_in_lanes.h"
 
 namespace amhex {
 namespace {
@@ -191,6 +194,48 @@ TEST(HullQueries, WindingNumberIsOneInsideAndZeroOutsideOfASphere) {
     EXPECT_FALSE(queries.IsInside({0, r, 0})) << r;
     EXPECT_NEAR(queries.WindingNumber({r, 0, 0}), 0, kWindingTolerance) << r;
   }
+}
+
+// Whatever lanes give where, from the baseline to the widest that this machine has.
+TEST(WindingNumbers, HaveTheBitsOfSingleOnes) {
+  const VectorWidth limit = vector_width_limit.load();
+  for (const VectorWidth width : {VectorWidth::kBaseline, VectorWidth::k256, VectorWidth::k512}) {
+    vector_width_limit.store(width);
+    for (const TriangleMesh& mesh : Solids()) {
+      const HullQueries queries = QueriesOf(mesh);
+      // Corners are points at which a triangle has no solid angle.
+      std::vector<Vec3d> points = ProbesAround(mesh, 96);
+      points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.begin() + 24);
+      for (size_t begin = 0; begin + kPointsAtOnce <= points.size(); begin += kPointsAtOnce) {
+        for (int count = 0; count <= kPointsAtOnce; ++count) {
+          const auto together = WindingNumbers(queries.view(), &points[begin], count);
+          for (int i = 0; i < count; ++i) {
+            EXPECT_EQ(together[i], queries.WindingNumber(points[begin + i]));
+          }
+        }
+      }
+    }
+  }
+  vector_width_limit.store(limit);
+}
+
+TEST(HullAsker, TellsOfManyPointsWhatTheyAreToldOneByOne) {
+  const TriangleMesh mesh = fixtures::MakeTorus(2, 0.6, 0.3);
+  const HullQueries queries = QueriesOf(mesh);
+  const std::vector<Vec3d> points = ProbesAround(mesh, 1003);
+  const HullAsker asker(queries, nullptr, {});
+  const WindingAround<PlainPoints> winding{PointsOf(points)};
+  const SideOf<PlainPoints> side{PointsOf(points), 0.2}, plain_side{PointsOf(points)};
+  const auto windings = asker.AskOrThrow(winding);
+  const auto sides = asker.AskOrThrow(side), plain_sides = asker.AskOrThrow(plain_side);
+  std::array<int, 3> seen{};
+  for (int64_t i = 0; i < PointsOf(points).count(); ++i) {
+    EXPECT_EQ(windings[i], winding(queries.view(), i));
+    EXPECT_EQ(sides[i], side(queries.view(), i));
+    EXPECT_EQ(plain_sides[i], plain_side(queries.view(), i));
+    ++seen[static_cast<size_t>(sides[i])];
+  }
+  for (const int count : seen) EXPECT_GT(count, 10);
 }
 
 TEST(HullQueries, WindingNumberCountsNestedSurfaces) {
