@@ -1,12 +1,11 @@
 #include "closure/boundary_defects.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
+#include "input/ask_hull.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -153,40 +152,35 @@ class DefectFinder {
     const Triangles boundary = Triangulate();
     if (boundary.triangles.empty()) return;
     const HullQueries queries(boundary.vertices, boundary.triangles, poll_);
-    const auto covered = [&](const Vec3d& p) {
-      return queries.WindingNumber(p) > kMaxOutsideWinding;
-    };
-    std::vector<uint8_t> bad(faces_.size(), 0);
-    oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t f) {
-      poll_.At(static_cast<int64_t>(f));
-      const Vec3d area = AreaVector(faces_[f], x_);
-      bad[f] = covered(FaceCentroid(faces_[f], x_) +
+    std::vector<Vec3d> probes;  // of the faces, then of the edges
+    for (const CellFace& face : faces_) {
+      const Vec3d area = AreaVector(face, x_);
+      probes.push_back(FaceCentroid(face, x_) +
                        Normalized(area) * (kProbeOffset * std::sqrt(Norm(area))));
-    });
-    for (size_t f = 0; f < faces_.size(); ++f) {
-      if (bad[f]) AddFace(faces_[f]);
     }
-    std::vector<std::pair<Edge, Vec3d>> edges;  // with the sum of both surface normals
-    for (const auto& [edge, normal] : boundary.edge_normals) edges.emplace_back(edge, normal);
-    std::vector<uint8_t> bad_edge(edges.size(), 0);
-    oneapi::tbb::parallel_for(size_t{0}, edges.size(), [&](size_t e) {
-      poll_.At(static_cast<int64_t>(e));
-      const auto& [edge, normal] = edges[e];
-      if (Norm(normal) < kLeastBisector) return;
+    std::vector<Edge> edges;
+    for (const auto& [edge, normal] : boundary.edge_normals) {
+      if (Norm(normal) < kLeastBisector) continue;
       const Vec3d &a = x_[edge.first], &b = x_[edge.second];
-      bad_edge[e] = covered((a + b) / 2.0 + Normalized(normal) * (kProbeOffset * Norm(b - a)));
-    });
+      edges.push_back(edge);
+      probes.push_back((a + b) / 2.0 + Normalized(normal) * (kProbeOffset * Norm(b - a)));
+    }
+    const std::vector<double> winding =
+        HullAsker(queries, nullptr, poll_).AskOrThrow(WindingAround<PlainPoints>{PointsOf(probes)});
+    for (size_t f = 0; f < faces_.size(); ++f) {
+      if (winding[f] > kMaxOutsideWinding) AddFace(faces_[f]);
+    }
     for (size_t e = 0; e < edges.size(); ++e) {
-      if (!bad_edge[e]) continue;
-      defects_.push_back(edges[e].first.first);
-      defects_.push_back(edges[e].first.second);
+      if (!(winding[faces_.size() + e] > kMaxOutsideWinding)) continue;
+      defects_.push_back(edges[e].first);
+      defects_.push_back(edges[e].second);
     }
   }
 
   struct Triangles {
     std::vector<Vec3d> vertices;
     std::vector<std::array<int32_t, 3>> triangles;
-    std::map<Edge, Vec3d> edge_normals;
+    std::map<Edge, Vec3d> edge_normals;  // sums of both surface normals
   };
 
   // The boundary as triangles, quads as four around their centre.

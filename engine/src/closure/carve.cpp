@@ -63,9 +63,6 @@ bool Contains(const std::vector<int>& sorted, int value) {
   return std::binary_search(sorted.begin(), sorted.end(), value);
 }
 
-// Of a loop's triangles and quads, all quads but one at most.
-size_t LeastPatchFaces(size_t loop_length) { return loop_length < 3 ? 0 : (loop_length - 1) / 2; }
-
 // Finds the best carving around one open face.
 class PartSearch {
  public:

@@ -2,6 +2,7 @@
 // the hull, or a membrane that cuts the star off from the rest of a cavity.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -35,6 +36,11 @@ struct HullPatch {
 // is bounded.
 std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull,
                                        const PatchRequest& request);
+
+// Of the triangles and quads that close a loop: all quads but one at most.
+inline size_t LeastPatchFaces(size_t loop_length) {
+  return loop_length < 3 ? 0 : (loop_length - 1) / 2;
+}
 
 // Nearer than this to the hull, in edge lengths, a loop's vertex counts as lying on it.
 inline constexpr double kOnHullDistance = 0.1;

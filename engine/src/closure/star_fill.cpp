@@ -117,10 +117,13 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
     if (loop.size() < 3) return;
   }
   const double base_cost = AbsorbedCost(mesh, weights, region);
-  if (base_cost + kCostPerFace * static_cast<double>(fixed.size() + loops.size()) + 1 >=
-      best->cost) {
-    return;
-  }
+  // Of a star on so many faces, however good its cells and however near its patch to the hull.
+  const auto cost_of = [&](size_t faces) {
+    return base_cost + kCostPerFace * static_cast<double>(faces) + 1;
+  };
+  size_t least_faces = fixed.size();
+  for (const auto& loop : loops) least_faces += LeastPatchFaces(loop.size());
+  if (cost_of(least_faces) >= best->cost) return;
   StarFilling filling;
   filling.apex = region.kernel.point;
   // The patch depends on the apex and the apex on the patch: two rounds settle both.
@@ -134,6 +137,7 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
     }
     filling.faces = fixed;
     filling.faces.insert(filling.faces.end(), filling.patch.begin(), filling.patch.end());
+    if (round + 1 == rounds && cost_of(filling.faces.size()) >= best->cost) return;
     filling.quality =
         ImproveApex(filling.faces, mesh.vertices(), round == 0 ? 0.25 : 0.1, &filling.apex);
     if (filling.quality <= 0) return;
@@ -141,10 +145,10 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   const double solid_angle = SolidAngle(filling.faces, filling.apex, mesh.vertices());
   if (std::abs(solid_angle - 4 * std::numbers::pi) > kSolidAngleTolerance) return;
   if (HasRepeatedFace(filling.faces)) return;
-  filling.cost = base_cost + kCostPerFace * static_cast<double>(filling.faces.size()) + 1 +
-                 QualityPenalty(weights, filling.quality) +
-                 PatchDeviation(mesh, hull, PolygonsOf(filling.patch, mesh.vertices()),
-                                filling.faces, dropped);
+  filling.cost = cost_of(filling.faces.size()) + QualityPenalty(weights, filling.quality);
+  if (filling.cost >= best->cost) return;
+  filling.cost += PatchDeviation(mesh, hull, PolygonsOf(filling.patch, mesh.vertices()),
+                                 filling.faces, dropped);
   if (filling.cost >= best->cost) return;
   filling.region = region;
   *best = std::move(filling);

@@ -125,9 +125,9 @@ absl::Status SignGrid::Evaluate(std::vector<int64_t> keys, RunContext& run) {
   tbb::parallel_for(size_t{0}, keys.size(), [&](size_t i) {
     if (run.ShouldStop()) return;
     const NodeIndex corner = CornerOf(keys[i]);
-    const double half = kBlockReach * grid_.spacing;
-    const auto around =
-        field_.Around(Position(corner) + Vec3d{half, half, half}, std::sqrt(3.0) * half);
+    const double half = 0.5 * grid_.spacing;
+    const auto around = field_.Around(Position(corner) + Vec3d{half, half, half},
+                                      std::sqrt(3.0) * kBlockReach * grid_.spacing);
     const SurfaceField& field = around != nullptr ? *around : field_;
     EightPoints points;
     static_assert(points.size() == kBlockNodes);
