@@ -119,11 +119,7 @@ class PatchProgram {
   bool IsTakenEdge(int32_t a, int32_t b) const {
     int cells = mesh_.CellsAtEdge(a, b);
     if (cells == 0) return false;
-    const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
-    for (const int cell : absorbed_) {
-      const CellEdges edges = EdgesOf(mesh_.corners(cell));
-      cells -= std::find(edges.begin(), edges.end(), edge) != edges.end() ? 1 : 0;
-    }
+    for (const int cell : absorbed_) cells -= HasEdge(mesh_.corners(cell), a, b) ? 1 : 0;
     return cells > 0;
   }
 

@@ -143,12 +143,8 @@ class HullStar {
     for (size_t i = 0; i < rim_.size(); ++i) {
       if (rim_[i] == a && rim_[(i + 1) % rim_.size()] == b) return false;
     }
-    const Edge edge = {std::min(a, b), std::max(a, b)};
     int own = 0;
-    for (const int cell : inner_.cells) {
-      const CellEdges edges = EdgesOf(mesh_.corners(cell));
-      own += static_cast<int>(std::count(edges.begin(), edges.end(), edge));
-    }
+    for (const int cell : inner_.cells) own += HasEdge(mesh_.corners(cell), a, b) ? 1 : 0;
     return mesh_.CellsAtEdge(a, b) > own;
   }
 

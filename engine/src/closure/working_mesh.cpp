@@ -26,6 +26,15 @@ CellEdges EdgesOf(const CellCorners& corners) {
   return edges;
 }
 
+bool HasEdge(const CellCorners& corners, int32_t a, int32_t b) {
+  int found = 0;
+  for (const auto& [i, j] : kCubeEdges) {
+    found |= static_cast<int>(corners[i] == a) & static_cast<int>(corners[j] == b);
+    found |= static_cast<int>(corners[i] == b) & static_cast<int>(corners[j] == a);
+  }
+  return found != 0;
+}
+
 CellFace Reversed(const CellFace& face) {
   CellFace reversed = face;
   std::reverse(reversed.v.begin(), reversed.v.begin() + face.count);
@@ -145,11 +154,9 @@ void WorkingMesh::UnlinkCell(int cell) {
 
 int WorkingMesh::CellsAtEdge(int32_t a, int32_t b) const {
   if (a >= static_cast<int32_t>(first_cell_.size())) return 0;
-  const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
   int count = 0;
   for (int32_t link = first_cell_[a]; link != kEnd; link = next_cell_[link]) {
-    const CellEdges edges = EdgesOf(cells_[link / kMaxVertices]);
-    if (std::find(edges.begin(), edges.end(), edge) != edges.end()) ++count;
+    if (HasEdge(cells_[link / kMaxVertices], a, b)) ++count;
   }
   return count;
 }

@@ -24,6 +24,8 @@ struct CellEdges {
   const std::array<int32_t, 2>* end() const { return edge.data() + count; }
 };
 CellEdges EdgesOf(const CellCorners& corners);
+// Whether the edge between these two different vertices is one of them.
+bool HasEdge(const CellCorners& corners, int32_t a, int32_t b);
 
 // Reverses the orientation of a face.
 CellFace Reversed(const CellFace& face);

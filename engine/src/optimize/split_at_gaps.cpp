@@ -100,11 +100,9 @@ std::vector<Seat> SeatsAt(const Vec3d& p, const CellComplex& complex, const Work
   seats.push_back({{whole.Owner(*nearest)}, corners});
   for (size_t j = 0; j < corners.size(); ++j) {
     const int32_t a = corners[j], b = corners[(j + 1) % corners.size()];
-    const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
     Seat seat{{}, {a, b}};
     for (const int cell : cells_at[a]) {
-      const CellEdges edges = EdgesOf(whole.corners(cell));
-      if (std::find(edges.begin(), edges.end(), edge) != edges.end()) seat.cells.push_back(cell);
+      if (HasEdge(whole.corners(cell), a, b)) seat.cells.push_back(cell);
     }
     seats.push_back(std::move(seat));
   }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <numbers>
 #include <random>
 
@@ -45,6 +47,24 @@ void ExpectClosedAndPositive(const CellComplex& complex) {
   for (const CellCorners& cell : complex.cells) {
     EXPECT_GT(CellVolume(cell, complex.vertices), 0);
     EXPECT_GT(ScaledJacobian(cell, complex.vertices), 0);
+  }
+}
+
+TEST(HasEdge, IsTrueOfTheListedEdgesAndNoOthers) {
+  const CellCorners hexahedron = {7, 3, 9, 1, 4, 0, 8, 2};
+  const CellCorners prism = {7, 3, 9, 9, 4, 0, 8, 8};
+  const CellCorners pyramid = {7, 3, 9, 1, 4, 4, 4, 4};
+  for (const CellCorners& corners : {hexahedron, prism, pyramid}) {
+    const CellEdges edges = EdgesOf(corners);
+    ASSERT_GE(edges.count, 8);
+    for (int32_t a = 0; a < 11; ++a) {
+      for (int32_t b = 0; b < a; ++b) {
+        const bool is_listed =
+            std::find(edges.begin(), edges.end(), std::array<int32_t, 2>{b, a}) != edges.end();
+        EXPECT_EQ(HasEdge(corners, a, b), is_listed) << a << " " << b;
+        EXPECT_EQ(HasEdge(corners, b, a), is_listed) << a << " " << b;
+      }
+    }
   }
 }
 
