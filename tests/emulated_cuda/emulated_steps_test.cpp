@@ -146,7 +146,7 @@ TEST_F(EmulatedSteps, AHierarchyThatTheDeviceAsksIsFetchedWhenTheHostAsks) {
   // Triangles and their normals are the host's own.
   const HullView all = here.view();
   const int64_t own =
-      UploadedArrays<CpuExecutor>::Bytes(HullView{all.triangles, all.normals, {}, {}, {}});
+      UploadedArrays<CpuExecutor>::Bytes(HullView{all.triangles, all.normals, {}, {}, {}, {}});
   EXPECT_LT(controls().downloaded_bytes, UploadedArrays<CpuExecutor>::Bytes(all) - own + 10'000);
 }
 

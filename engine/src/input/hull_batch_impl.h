@@ -15,7 +15,11 @@ namespace amhex {
 // The hull where bodies run, copied there by whoever asks first.
 template <class E>
 HullView ResidentHull(const HullView& hull, ResidentSlot& slot) {
-  return Resident<E>(slot, [&hull](UploadedArrays<E>& arrays) { return arrays.Upload(hull); });
+  return Resident<E>(slot, [&hull](UploadedArrays<E>& arrays) {
+    HullView there = arrays.Upload(hull);
+    there.packets = {};  // which stay on the host
+    return there;
+  });
 }
 // Memory of that copy that is still to be taken.
 template <class E>

@@ -12,6 +12,7 @@
 #include "base/status_error.h"
 #include "cuda/device_use.h"
 #include "input/hull_split.h"
+#include "input/pack_hull.h"
 #include "input/triangle_math.h"
 
 namespace amhex {
@@ -33,7 +34,14 @@ HullQueries::HullQueries(const std::vector<Vec3d>& vertices,
   } else {
     BuildHere(vertices, triangles, poll);
   }
+  TakeView(poll);
+}
+
+void HullQueries::TakeView(const StopPoll& poll) const {
   view_ = arrays_.View();
+  if (view_.nodes.empty()) return;
+  packets_ = PackHull(view_, poll);
+  view_.packets = {packets_.data(), static_cast<int64_t>(packets_.size())};
 }
 
 void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
@@ -87,7 +95,7 @@ void HullQueries::Fetch() const {
   // for the same.
   tbb::this_task_arena::isolate([this] { TakeTriangles(source_.vertices, source_.triangles); });
   source_ = {};
-  view_ = arrays_.View();
+  TakeView({});
   is_here_.store(true, std::memory_order_release);
 }
 

@@ -90,6 +90,8 @@ class HullQueries {
   // Triangles in leaf order and their normals, once their numbers are there.
   void TakeTriangles(const std::vector<Vec3d>& vertices,
                      const std::vector<std::array<int32_t, 3>>& triangles) const;
+  // Of the arrays, once they are there.
+  void TakeView(const StopPoll& poll) const;
   // Appends the subtree over a range of triangles_, its root first.
   void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
   int32_t Split(const Range& range, int depth, const StopPoll& poll);
@@ -104,6 +106,7 @@ class HullQueries {
   };
   mutable Source source_;
   mutable HullArrays arrays_;
+  mutable std::vector<HullPacket> packets_;
   mutable HullView view_;  // of all of them
   mutable std::atomic<bool> is_here_{true};
   mutable std::mutex fetching_;

@@ -205,7 +205,7 @@ class HullTreeBuild {
       nodes_ = arrays.template AddArray<HullNode>(nodes);
       dipoles_ = arrays.template AddArray<HullDipole>(nodes);
       return HullView{ReadOnly(triangles_), ReadOnly(normals_), ReadOnly(original_),
-                      ReadOnly(nodes_), ReadOnly(dipoles_)};
+                      ReadOnly(nodes_),     ReadOnly(dipoles_), {}};
     });
   }
 

@@ -25,7 +25,7 @@ struct HullArrays {
     const auto view = [](const auto& values) {
       return ArrayView{values.data(), static_cast<int64_t>(values.size())};
     };
-    return {view(triangles), view(normals), view(original), view(nodes), view(dipoles)};
+    return {view(triangles), view(normals), view(original), view(nodes), view(dipoles), {}};
   }
 };
 

@@ -9,9 +9,16 @@
 #include "base/array_view.h"
 #include "base/platform.h"
 #include "input/hull.h"
+#include "input/hull_depth.h"
 #include "input/triangle_math.h"
 
+#if !defined(__CUDACC__)
+#include "input/hull_packets.h"
+#endif
+
 namespace amhex {
+
+struct HullPacket;
 
 struct HullTriangle {
   Vec3d a, b, c;
@@ -48,11 +55,6 @@ AMHEX_LANES_TOO Number FarSolidAngle(const HullDipole& dipole, const Vector& r,
          (squared * length);
 }
 
-// From this depth on nodes are halved by count, which bounds the depth by 64 + log2(2^31) and so
-// the nodes that wait on a stack.
-inline constexpr int kHullBalancedDepth = 64;
-inline constexpr int kHullStackSize = 128;
-
 // Views do not own: the arrays must outlive them. What each query means: hull_queries.h.
 struct HullView {
   ArrayView<const HullTriangle> triangles;  // in leaf order, like the next two
@@ -60,6 +62,9 @@ struct HullView {
   ArrayView<const int32_t> original;        // the caller's triangle index
   ArrayView<const HullNode> nodes;
   ArrayView<const HullDipole> dipoles;  // [node]
+  // The same hierarchy for the host, which is asked first if it is there: the answers are the same
+  // (hull_packets.h). It stays on the host.
+  ArrayView<const HullPacket> packets;
 
   template <class Visit>
   void VisitArrays(const Visit& visit) {
@@ -75,19 +80,22 @@ struct HullView {
   }
 
   AMHEX_HD bool IsWithin(const Vec3d& p, double distance) const {
-    if (nodes.empty()) return false;
     const double reach = distance * distance;
+#if !defined(__CUDACC__)
+    if (!packets.empty()) return IsWithinByPackets(p, reach);
+#endif
+    if (nodes.empty()) return false;
+    const double slack = Slack();
     int32_t stack[kHullStackSize];
     int size = 1;
     stack[0] = 0;
     while (size > 0) {
       const int32_t id = stack[--size];
       const HullNode& node = nodes.data[id];
-      if (SquaredDistanceTo(node, p) > reach) continue;
+      if (SquaredDistanceTo(node, p, slack) > reach) continue;
       if (PushChildren(node, id, stack, size)) continue;
       for (int32_t i = node.begin; i < node.end; ++i) {
-        const HullTriangle& t = triangles.data[i];
-        if (SquaredNorm(ClosestPointOnTriangle(p, t.a, t.b, t.c) - p) <= reach) return true;
+        if (SquaredNorm(NearestOn(i, p) - p) <= reach) return true;
       }
     }
     return false;
@@ -143,6 +151,15 @@ struct HullView {
     return best < kFar ? best : -1;
   }
 
+  // Nearest points of triangles may be rounded to places this far outside their boxes.
+  AMHEX_HD double Slack() const {
+    constexpr double kShare = 0x1p-44;  // of coordinates; a few roundings are some 2^-50
+    const HullNode& root = nodes.data[0];
+    double largest = 0;
+    for (int a = 0; a < 3; ++a) largest = Larger(largest, Larger(-root.low[a], root.high[a]));
+    return kShare * largest;
+  }
+
  private:
   struct Nearest {
     Vec3d point;
@@ -162,10 +179,11 @@ struct HullView {
     return true;
   }
 
-  AMHEX_HD static double SquaredDistanceTo(const HullNode& node, const Vec3d& p) {
-    const double x = Larger(Larger(node.low.x - p.x, 0.0), p.x - node.high.x);
-    const double y = Larger(Larger(node.low.y - p.y, 0.0), p.y - node.high.y);
-    const double z = Larger(Larger(node.low.z - p.z, 0.0), p.z - node.high.z);
+  // To the box with the slack around it: never above the squared distance of a triangle in it.
+  AMHEX_HD static double SquaredDistanceTo(const HullNode& node, const Vec3d& p, double slack) {
+    const double x = Larger(Larger(node.low.x - p.x, p.x - node.high.x) - slack, 0.0);
+    const double y = Larger(Larger(node.low.y - p.y, p.y - node.high.y) - slack, 0.0);
+    const double z = Larger(Larger(node.low.z - p.z, p.z - node.high.z) - slack, 0.0);
     return x * x + y * y + z * z;
   }
 
@@ -198,10 +216,58 @@ struct HullView {
     return is_met ? length : -1;
   }
 
+  AMHEX_HD Vec3d NearestOn(int32_t i, const Vec3d& p) const {
+    const HullTriangle& t = triangles.data[i];
+    return ClosestPointOnTriangle(p, t.a, t.b, t.c);
+  }
+
+#if !defined(__CUDACC__)
+  // Of triangles at the same distance the one that Search comes upon first.
+  void Consider(int32_t i, const Vec3d& p, Nearest& best) const {
+    const Vec3d q = NearestOn(i, p);
+    const double squared = SquaredNorm(q - p);
+    if (squared > best.squared) return;
+    const bool is_alike = squared == best.squared && best.triangle >= 0;
+    if (!is_alike || ComesFirst(i, best.triangle, p)) best = {q, i, squared};
+  }
+  bool ComesFirst(int32_t i, int32_t other, const Vec3d& p) const {
+    const double slack = Slack();
+    for (int32_t id = 0; nodes.data[id].right >= 0;) {
+      const int32_t left = id + 1, right = nodes.data[id].right;
+      const bool is_left = i < nodes.data[left].end;
+      if (is_left != (other < nodes.data[left].end)) {
+        const bool right_first = SquaredDistanceTo(nodes.data[right], p, slack) <
+                                 SquaredDistanceTo(nodes.data[left], p, slack);
+        return is_left != right_first;
+      }
+      id = is_left ? left : right;
+    }
+    return i < other;
+  }
+  void SearchPackets(const Vec3d& p, Nearest& best) const {
+    RunWithWidestVectors([&] {
+      const auto reach = [&] { return best.squared; };
+      VisitPackets(packets, p, reach, [&](int32_t i) { return Consider(i, p, best), false; });
+    });
+  }
+  bool IsWithinByPackets(const Vec3d& p, double reach) const {
+    bool is_within = false;
+    RunWithWidestVectors([&] {
+      VisitPackets(
+          packets, p, [reach] { return reach; },
+          [&](int32_t i) { return is_within = SquaredNorm(NearestOn(i, p) - p) <= reach; });
+    });
+    return is_within;
+  }
+#endif
+
   AMHEX_HD void Search(const Vec3d& p, Nearest& best) const {
+#if !defined(__CUDACC__)
+    if (!packets.empty()) return SearchPackets(p, best);
+#endif
     Waiting stack[kHullStackSize];
     int size = 0;
-    const double root = SquaredDistanceTo(nodes.data[0], p);
+    const double slack = Slack(), root = SquaredDistanceTo(nodes.data[0], p, slack);
     if (root <= best.squared) stack[0] = {0, root}, size = 1;
     while (size > 0) {
       const Waiting entry = stack[--size];
@@ -211,8 +277,8 @@ struct HullView {
         SearchLeaf(node, p, best);
         continue;
       }
-      const Waiting left{entry.node + 1, SquaredDistanceTo(nodes.data[entry.node + 1], p)};
-      const Waiting right{node.right, SquaredDistanceTo(nodes.data[node.right], p)};
+      const Waiting left{entry.node + 1, SquaredDistanceTo(nodes.data[entry.node + 1], p, slack)};
+      const Waiting right{node.right, SquaredDistanceTo(nodes.data[node.right], p, slack)};
       const bool right_first = right.squared < left.squared;
       const Waiting& nearer = right_first ? right : left;
       const Waiting& farther = right_first ? left : right;
@@ -223,8 +289,7 @@ struct HullView {
 
   AMHEX_HD void SearchLeaf(const HullNode& leaf, const Vec3d& p, Nearest& best) const {
     for (int32_t i = leaf.begin; i < leaf.end; ++i) {
-      const HullTriangle& t = triangles.data[i];
-      const Vec3d q = ClosestPointOnTriangle(p, t.a, t.b, t.c);
+      const Vec3d q = NearestOn(i, p);
       const double squared = SquaredNorm(q - p);
       if (squared < best.squared || (best.triangle < 0 && squared <= best.squared)) {
         best = {q, i, squared};

@@ -106,6 +106,7 @@ class FeatureUpload {
             normals_.Take(part.normals),
             original_.Take(part.original),
             nodes_.Take(part.nodes),
+            {},
             {}};
   }
 

@@ -114,6 +114,62 @@ TEST(ClosestPointOnTriangle, CollapsedTrianglesGiveTheirNearestPoint) {
   EXPECT_NEAR(Norm(ClosestPointOnTriangle({5, 1, 0}, a, a, a) - a), 0, 1e-12);
 }
 
+// Eight boxes at a time or one after the other, as on a device: also where several triangles are
+// equally near, as before corners and edges, and where none is in reach.
+TEST(HullQueries, AnswersAreTheSameWithAndWithoutPackets) {
+  for (const TriangleMesh& mesh : Solids()) {
+    const HullQueries queries = QueriesOf(mesh);
+    HullView plain = queries.view();
+    ASSERT_GT(plain.packets.size, 1);
+    plain.packets = {};
+    std::vector<Vec3d> probes = ProbesAround(mesh, 2000);
+    for (const Vec3d& corner : mesh.vertices) {
+      for (const double share : {0.5, 1.0, 1.25}) probes.push_back(corner * share);
+    }
+    for (const Vec3d& p : probes) {
+      for (const double reach : {1e300, 0.5, 0.01, 0.0}) {
+        const HullPoint packed = queries.Closest(p, reach), found = plain.Closest(p, reach);
+        ASSERT_EQ(packed.triangle, found.triangle);
+        ASSERT_EQ(packed.point, found.point);
+        ASSERT_EQ(packed.normal, found.normal);
+        ASSERT_EQ(packed.distance, found.distance);
+        ASSERT_EQ(queries.IsWithin(p, reach), plain.IsWithin(p, reach));
+      }
+    }
+  }
+}
+
+TEST(PackHull, HoldsEveryTriangleOnceInBoxesAroundIt) {
+  for (const TriangleMesh& mesh : Solids()) {
+    const HullQueries queries = QueriesOf(mesh);
+    const HullView& hull = queries.view();
+    std::vector<int> times(static_cast<size_t>(hull.triangles.size), 0);
+    std::vector<int> packet_times(static_cast<size_t>(hull.packets.size), 0);
+    for (int64_t k = 0; k < hull.packets.size; ++k) {
+      const HullPacket& packet = hull.packets[k];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (packet.low[0][lane] > packet.high[0][lane]) continue;  // missing
+        const int32_t child = packet.child[lane];
+        if (child >= 0) {
+          ASSERT_GT(child, k);
+          ++packet_times[static_cast<size_t>(child)];
+          continue;
+        }
+        ++times[static_cast<size_t>(~child)];
+        const HullTriangle& t = hull.triangles[~child];
+        for (const Vec3d& corner : {t.a, t.b, t.c}) {
+          for (int axis = 0; axis < 3; ++axis) {
+            ASSERT_LT(packet.low[axis][lane], corner[axis]);
+            ASSERT_GT(packet.high[axis][lane], corner[axis]);
+          }
+        }
+      }
+    }
+    EXPECT_EQ(std::count(times.begin(), times.end(), 1), hull.triangles.size);
+    EXPECT_EQ(std::count(packet_times.begin() + 1, packet_times.end(), 1), hull.packets.size - 1);
+  }
+}
+
 TEST(HullQueries, ClosestAgreesWithBruteForce) {
   for (const TriangleMesh& mesh : Solids()) {
     const HullQueries queries = QueriesOf(mesh);
