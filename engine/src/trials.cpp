@@ -43,8 +43,9 @@ struct TrialsBySize {
   int started;
 };
 constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {1e5, 2}};
-// Of so many trials the better one is taken where the first keeps a poor cell.
-constexpr size_t kLeastChoice = 2;
+// Of so many trials the best one is taken where the first keeps a poor cell, and the next ones,
+// too.
+constexpr size_t kLeastChoice = 3;
 
 // One stage of every trial: step(input) for each of `inputs`, which it may consume.
 template <class Input, class Step>
@@ -251,7 +252,7 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
     const Improvement with{hull, features, params, &device};
     std::vector<ClosedTrial>& closed = trials.closed;
     AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed, PlaceCandidates(closed, with, run));
-    // Where a poor cell remains and nothing was placed beside it, the next one has its turn.
+    // Where a poor cell remains and nothing was placed beside it, the next ones have their turn.
     const size_t most_placed =
         std::max(placed.size(), std::min(closed.size() + trials.waiting.size(), kLeastChoice));
     std::optional<CellComplex> best;

@@ -25,12 +25,15 @@ namespace amhex {
 namespace {
 
 constexpr size_t kMostPlaces = 8;
+// Where there are more, only those that are farther away than so many limits are seen to.
+constexpr double kFarShare = 2;
 // Gaps this near to one another are one place, edge lengths.
 constexpr double kSamePlace = 1.0;
 // How far around a gap distances are measured: the faces at its vertex reach no farther.
 constexpr double kSeenAround = 2.0;
-// What is farther away is lost (gap_closer).
+// What is farther away is lost (gap_closer): it is seen to last, and up to here.
 constexpr double kLost = 1.0;
+constexpr double kOutOfReach = 2.0;
 // As follow_hull.
 constexpr double kLeastQuality = 0.31;
 // Of what a distance is beyond the limit, this must go.
@@ -195,7 +198,8 @@ class GapSplitter {
   absl::StatusOr<CellComplex> Run() {
     std::vector<Gap> tried;
     const size_t cell_count = complex_.cells.size();
-    for (std::vector<Gap> places = Places(); places.size() + tried.size() <= kMostPlaces;
+    if (CountNear(Places()) > kMostPlaces) beyond_ = kFarShare * limits_.limit;
+    for (std::vector<Gap> places = Places(); CountNear(places) + tried.size() <= kMostPlaces;
          places = Places()) {
       const auto next = std::find_if(places.begin(), places.end(), [&](const Gap& place) {
         return std::none_of(tried.begin(), tried.end(),
@@ -229,22 +233,28 @@ class GapSplitter {
                        });
   }
 
-  // What is beyond the limit, farthest first, and each place once; one more than may be tried if
-  // there are so many. Without what is lost and what is no part of the hull.
+  // What is beyond the limit, farthest first, and each place once; of those near one more than may
+  // be tried if there are so many. What is lost comes last. Without what is no part of the hull.
   std::vector<Gap> Places() {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex_, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
     std::vector<Gap> places;
-    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll)) {
-      if (places.size() > kMostPlaces) break;
-      if (gap.distance > kLost || (!IsOnHull(gap.sample) && !IsOnBoundary(gap.sample))) continue;
+    for (const Gap& gap : sampling.GapsBeyond(beyond_, poll)) {
+      if (CountNear(places) > kMostPlaces) break;
+      if (gap.distance > kOutOfReach) continue;
+      if (!IsOnHull(gap.sample) && !IsOnBoundary(gap.sample)) continue;
       const bool is_known = std::any_of(places.begin(), places.end(),
                                         [&](const Gap& place) { return AreSame(place, gap); });
       if (!is_known) places.push_back(gap);
     }
+    std::stable_partition(places.begin(), places.end(), IsNear);
     samples_ = sampling.points();
     return places;
+  }
+  static bool IsNear(const Gap& gap) { return gap.distance <= kLost; }
+  static size_t CountNear(const std::vector<Gap>& places) {
+    return static_cast<size_t>(std::count_if(places.begin(), places.end(), IsNear));
   }
 
   absl::Status SplitAt(const Gap& gap) {
@@ -344,6 +354,7 @@ class GapSplitter {
   const DeviationLimits limits_;
   std::vector<Vec3d> samples_;  // of the hull, those far from complex_ among them
   size_t cells_tried_ = 0;
+  double beyond_ = limits_.limit;  // of the gaps that are seen to
 };
 
 }  // namespace

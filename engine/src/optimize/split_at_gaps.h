@@ -15,8 +15,9 @@ namespace amhex {
 // Vertices around then move to where the cells are best. It stays where the distance falls to what
 // is wanted, or by half of what it is beyond that, no cell becomes poorer than the poorest around
 // was or 0.31, and the boundary neither touches nor crosses itself. A handful of places, the
-// farthest first; nothing is done where there are more, for then the hull is rougher than cells of
-// this size can follow.
+// farthest first, and behind them what is up to two edge lengths away. Where there are more, the
+// hull is rougher than cells of this size can follow: only a handful of those that are twice as
+// far as is wanted is seen to, and nothing where there are more of them, too.
 //
 // Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
 // RunStopped is thrown where no status can be returned.

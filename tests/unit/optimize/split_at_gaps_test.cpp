@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "optimize/hull_deviation.h"
@@ -30,6 +31,7 @@ constexpr GridSize kSize = {7, 7, 4};
 struct Studs {
   std::vector<std::array<int, 2>> at;  // the faces' least corners
   double height = 0;
+  double height_of_first = height;
 };
 
 Hull HullWith(const Studs& studs) {
@@ -54,7 +56,9 @@ Hull HullWith(const Studs& studs) {
         continue;
       }
       const auto tip = static_cast<int32_t>(mesh.vertices.size());
-      mesh.vertices.push_back({x + 0.5, y + 0.5, kSize.nz + studs.height});
+      const bool is_first = studs.at.front() == std::array{x, y};
+      const double height = is_first ? studs.height_of_first : studs.height;
+      mesh.vertices.push_back({x + 0.5, y + 0.5, kSize.nz + height});
       for (int j = 0; j < 4; ++j) mesh.triangles.push_back({loop[j], loop[(j + 1) % 4], tip});
     }
   }
@@ -106,6 +110,31 @@ TEST(SplitAtGaps, ReachesTipsAndPitsThatLieAmidFaces) {
     const ValidationReport report = ValidateMesh(testing_support::MeshOf(split));
     EXPECT_TRUE(report.valid()) << height << report.Summary();
   }
+}
+
+TEST(SplitAtGaps, ReachesATipThatIsMoreThanAnEdgeLengthAway) {
+  const Hull hull = HullWith({{{3, 3}}, 1.1});
+  const CellComplex complex = GridComplex(kSize);
+  ASSERT_GT(LargestDistance(complex, hull), 1);
+  const CellComplex split = Split(complex, hull);
+  EXPECT_LE(LargestDistance(split, hull), 0.5);
+  EXPECT_GE(SummarizeQuality(split).minimum, 0.31);
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(split));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
+TEST(SplitAtGaps, ReachesWhatStandsOutOfARoughHull) {
+  Studs studs{{}, 0.25, 0.6};
+  for (int x = 0; x < kSize.nx; x += 2) {
+    for (int y = 0; y < kSize.ny; y += 2) studs.at.push_back({x, y});
+  }
+  std::swap(studs.at.front(), studs.at[5]);  // away from the box's edges
+  const Hull hull = HullWith(studs);
+  const CellComplex complex = GridComplex(kSize);
+  const CellComplex split = Split(complex, hull);
+  EXPECT_GT(LargestDistance(complex, hull), 0.5);
+  EXPECT_LT(LargestDistance(split, hull), 0.3);
+  EXPECT_EQ(split.vertices.size(), complex.vertices.size() + 1);
 }
 
 TEST(SplitAtGaps, LeavesAHullThatIsRoughAllOverAsItIs) {
