@@ -16,7 +16,7 @@ namespace amhex {
 // is wanted, or by half of what it is beyond that, no cell becomes poorer than the poorest around
 // was or 0.31, and the boundary neither touches nor crosses itself. A handful of places, the
 // farthest first, and behind them what is up to two edge lengths away. Where there are more, the
-// hull is rougher than cells of this size can follow: only a handful of those that are twice as
+// hull is rougher than cells of this size can follow: only a handful of those that are 2.5 times as
 // far as is wanted is seen to, and nothing where there are more of them, too.
 //
 // Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
