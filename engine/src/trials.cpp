@@ -18,6 +18,7 @@
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/site_grid.h"
+#include "optimize/draw_rest.h"
 #include "optimize/follow_hull.h"
 #include "optimize/improve_mesh.h"
 #include "optimize/raise_average.h"
@@ -85,6 +86,7 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
     }
     AMHEX_ASSIGN_OR_RETURN(refilled,
                            SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
+    AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {

@@ -47,11 +47,12 @@ void MoveTo(const DrawnPlace& drawn, Placement& placement) {
 }  // namespace
 
 JointDraw::JointDraw(Placement& placement, const HullSampling& sampling,
-                     const DeviationLimits& limits, double floor)
+                     const DeviationLimits& limits, double floor, FaceDetail detail)
     : placement_(placement),
       sampling_(sampling),
       limits_(limits),
       floor_(floor),
+      detail_(detail),
       moved_(placement.complex.vertices.size(), 0),
       known_(placement.complex.vertices),
       changed_(placement.complex.vertices.size(), 0) {}
@@ -59,11 +60,11 @@ JointDraw::JointDraw(Placement& placement, const HullSampling& sampling,
 // The placement once more, to find out on what would happen to it.
 struct JointDraw::Rehearsal {
   Rehearsal(const Placement& original, const HullSampling& sampling, const DeviationLimits& limits,
-            double floor, size_t moves_made)
+            double floor, FaceDetail detail, size_t moves_made)
       : complex(original.complex),
         placement{complex, original.features, original.neighbourhoods, original.constraints,
                   original.survey},
-        draw(placement, sampling, limits, floor),
+        draw(placement, sampling, limits, floor, detail),
         moves_seen(moves_made) {}
   Rehearsal(const Rehearsal&) = delete;
   Rehearsal& operator=(const Rehearsal&) = delete;
@@ -85,7 +86,7 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
     return false;
   }
   int64_t tries = std::max(kLeastTries, static_cast<int64_t>(complex.cells.size()) / kCellsPerTry);
-  PlaceDraw draw(placement_, sampling_, limits_, floor_);
+  PlaceDraw draw(placement_, sampling_, limits_, floor_, detail_);
   std::vector<DrawnPlace> moves;
   oneapi::tbb::enumerable_thread_specific<std::unique_ptr<Rehearsal>> rehearsals;
   NoteMoves();
@@ -94,7 +95,8 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
     if (found.cell < 0 || Stands(found.cell)) return found;
     std::unique_ptr<Rehearsal>& own = rehearsals.local();
     if (own == nullptr) {
-      own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, moves.size());
+      own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, detail_,
+                                        moves.size());
     }
     own->CatchUp(moves);
     found.drawn = own->draw.Find(found.cell, RefusalAt(found.cell).lacked, run);

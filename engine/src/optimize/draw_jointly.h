@@ -19,7 +19,7 @@ class JointDraw {
   // No cell that is better may fall below `floor`. All must outlive this; cells, constraints and
   // faces must be those of the sampling.
   JointDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
-            double floor);
+            double floor, FaceDetail detail = FaceDetail::kFew);
 
   // One place after the other, in the order of the gaps, though they are looked at side by side
   // before: its vertices move by least squares until
@@ -64,6 +64,7 @@ class JointDraw {
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
   const double floor_;
+  const FaceDetail detail_;
   std::vector<uint8_t> moved_;
   std::map<int32_t, Refusal> refusals_;  // [cell] at the gap
   std::vector<Vec3d> known_;             // [vertex] where it was when moves were last noted

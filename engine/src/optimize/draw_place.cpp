@@ -106,8 +106,11 @@ class Attempt {
 }  // namespace
 
 PlaceDraw::PlaceDraw(Placement& placement, const HullSampling& sampling,
-                     const DeviationLimits& limits, double floor)
-    : limits_(limits), floor_(floor), place_(placement), around_(sampling, placement, limits) {}
+                     const DeviationLimits& limits, double floor, FaceDetail detail)
+    : limits_(limits),
+      floor_(floor),
+      place_(placement),
+      around_(sampling, placement, limits, detail) {}
 
 DrawnPlace PlaceDraw::Find(int32_t cell, double known_lack, const RunContext& run) {
   place_.EnterLoosely({cell}, floor_);

@@ -28,7 +28,7 @@ class PlaceDraw {
   // No cell that is better may fall below `floor`. Cells, constraints and faces of the placement
   // must be those of the sampling's.
   PlaceDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
-            double floor);
+            double floor, FaceDetail detail = FaceDetail::kFew);
 
   // The place around a cell. All vertices are where they were afterwards. Nothing is tried where
   // about as much is lacking as `known_lack`, when it stayed before; < 0: it was not tried.

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "base/status_macros.h"
-#include "closure/boundary_defects.h"
-#include "closure/working_mesh.h"
 #include "optimize/draw_jointly.h"
 #include "optimize/gap_closer.h"
 #include "optimize/hull_deviation.h"
@@ -19,6 +17,7 @@
 #include "optimize/raise_average.h"
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
+#include "optimize/take_back_defects.h"
 
 namespace amhex {
 namespace {
@@ -32,8 +31,6 @@ constexpr double kMostFloor = 0.5;
 // costs the cells less than what single vertices do.
 constexpr int kPasses = 2;
 constexpr int kSweepsPerPass = 10;
-// Gaps this near to one that has had its turn are the same.
-constexpr double kSameGap = 0.4;
 // What sweeps move by less leaves answers as they were, edge lengths.
 constexpr double kStirred = 0.01;
 // What raising jointly has gained is spent on the way to the hull, and gained once more.
@@ -41,19 +38,6 @@ double FloorFor(double minimum) {
   constexpr double kSlack = 0.02;  // levels overshoot what is wanted
   if (minimum < kJointlyWanted + kSlack) return kLeastFloor;
   return std::min(minimum, kMostFloor);
-}
-
-// Those that are not next to one before.
-std::vector<Gap> Distinct(const std::vector<Gap>& gaps, const StopPoll& poll) {
-  std::vector<Gap> distinct;
-  for (const Gap& gap : gaps) {
-    poll.Now();
-    const bool is_known = std::any_of(distinct.begin(), distinct.end(), [&](const Gap& other) {
-      return Norm(other.sample - gap.sample) < kSameGap;
-    });
-    if (!is_known) distinct.push_back(gap);
-  }
-  return distinct;
 }
 
 // The placement once more, to find out on what would happen to it.
@@ -138,7 +122,7 @@ class Follower {
     std::erase_if(gaps.surface, [&](const Gap& gap) { return gap.distance <= limits_.limit; });
     if (gaps.empty()) return absl::OkStatus();
     const std::vector<Vec3d> before = placement_.complex.vertices;
-    const bool any = draw_.Run(Distinct(gaps.All(), StopPoll(run)), run);
+    const bool any = draw_.Run(DistinctGaps(gaps.All(), StopPoll(run)), run);
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
     if (!any) return absl::OkStatus();
     NoteStirred(before);
@@ -150,7 +134,7 @@ class Follower {
   // By single vertices. One after the other, but each is looked at side by side with others first:
   // what was found then holds as long as nothing that it depends on has moved.
   absl::Status CloseGaps(const std::vector<Gap>& gaps, const RunContext& run) {
-    const std::vector<Gap> distinct = Distinct(gaps, StopPoll(run));
+    const std::vector<Gap> distinct = DistinctGaps(gaps, StopPoll(run));
     std::vector<GapRecord> done;
     oneapi::tbb::enumerable_thread_specific<std::unique_ptr<Rehearsal>> rehearsals;
     const auto look = [&](size_t i) {
@@ -208,28 +192,6 @@ class Follower {
   GapCloser closer_;
   JointDraw draw_;
 };
-
-// Takes moves back until the boundary is an embedding again.
-void TakeBackDefects(const Hull& hull, const std::vector<Vec3d>& before, const StopPoll& poll,
-                     CellComplex* complex) {
-  constexpr double kNearDefect = 3.0;
-  while (complex->vertices != before) {
-    const std::vector<int32_t> defects =
-        FindBoundaryDefects(WorkingMesh(*complex, poll), hull, poll);
-    if (defects.empty()) return;
-    bool any = false;
-    for (size_t v = 0; v < before.size(); ++v) {
-      if (complex->vertices[v] == before[v]) continue;
-      const bool is_near = std::any_of(defects.begin(), defects.end(), [&](int32_t defect) {
-        return Norm(before[defect] - before[v]) < kNearDefect;
-      });
-      if (!is_near) continue;
-      complex->vertices[v] = before[v];
-      any = true;
-    }
-    if (!any) complex->vertices = before;
-  }
-}
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 #include "absl/container/flat_hash_set.h"
 #include "input/hull_queries.h"
 #include "input/triangle_math.h"
+#include "optimize/face_places.h"
 #include "optimize/segment_queries.h"
 #include "output/surface_distance.h"
 
@@ -29,6 +30,8 @@ constexpr double kFreeShare = 0.6;  // of the limit
 constexpr double kBeyondFaces = 0.35;
 constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 constexpr double kBinSize = 1.0;
+// Gaps this near to one another are the same.
+constexpr double kSameGap = 0.4;
 
 // [point] 1 where an input point is farther than `distance` from the boundary.
 std::vector<uint8_t> AreBeyond(double distance, const Hull& hull, const HullQueries& boundary,
@@ -85,6 +88,19 @@ std::vector<Vec3d> MiddlesOf(const CellComplex& complex) {
   for (const CellFace& face : complex.hull_faces)
     middles.push_back(MiddleOf(face, complex.vertices));
   return middles;
+}
+
+std::vector<Vec3d> PlacesOf(const CellComplex& complex) {
+  std::vector<Vec3d> places;
+  for (const CellFace& face : complex.hull_faces) {
+    VisitFacePlaces(face.count, [&](const std::array<double, 4>& weight, int side) {
+      if (side >= 0 && face.v[side] > face.v[(side + 1) % face.count]) return;  // the next face's
+      Vec3d place;
+      for (int j = 0; j < face.count; ++j) place += complex.vertices[face.v[j]] * weight[j];
+      places.push_back(place);
+    });
+  }
+  return places;
 }
 
 // Calls visit(a, b, c) for the triangles of a face, of a quad's around its middle.
@@ -144,13 +160,16 @@ HullSampling::HullSampling(const Hull& hull, const Placement& placement, const S
       crease_index_(crease_points_, kBinSize),
       face_index_(face_middles_, kBinSize) {}
 
-std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll) const {
+std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
+                                          FaceDetail detail) const {
   const HullQueries boundary = BoundaryOf(placement_.complex, poll);
-  std::vector<Gap> found(points_.size() + face_middles_.size());
+  const std::vector<Vec3d> on_boundary =
+      detail == FaceDetail::kFew ? face_middles_ : PlacesOf(placement_.complex);
+  std::vector<Gap> found(points_.size() + on_boundary.size());
   tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
     poll.At(static_cast<int64_t>(i));
     const bool is_on_hull = i < points_.size();
-    const Vec3d& p = is_on_hull ? points_[i] : face_middles_[i - points_.size()];
+    const Vec3d& p = is_on_hull ? points_[i] : on_boundary[i - points_.size()];
     const HullQueries& other = is_on_hull ? boundary : *hull_.queries;
     if (other.IsWithin(p, distance)) return;
     const HullPoint nearest = other.Closest(p);
@@ -183,6 +202,18 @@ std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll&
   }
   SortWorstFirst(&gaps);
   return gaps;
+}
+
+std::vector<Gap> DistinctGaps(const std::vector<Gap>& gaps, const StopPoll& poll) {
+  std::vector<Gap> distinct;
+  for (const Gap& gap : gaps) {
+    poll.Now();
+    const bool is_known = std::any_of(distinct.begin(), distinct.end(), [&](const Gap& other) {
+      return Norm(other.sample - gap.sample) < kSameGap;
+    });
+    if (!is_known) distinct.push_back(gap);
+  }
+  return distinct;
 }
 
 VertexDeviation::VertexDeviation(const HullSampling& sampling, const Placement& placement,

@@ -35,6 +35,9 @@ struct Gap {
   double distance = 0;
 };
 
+// Where a face of the boundary is held against the hull: in few places, or in those of face_places.
+enum class FaceDetail : uint8_t { kFew, kClosely };
+
 // Samples of the hull and of its creases, and the boundary's faces, by place. Vertices may move by
 // a few tenths of an edge length after this is made. `placement`, `hull` must outlive it.
 class HullSampling {
@@ -42,9 +45,10 @@ class HullSampling {
   // Throws RunStopped when `poll` does.
   HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {});
 
-  // Those of the hull farther than `distance` from the boundary, and the middles of faces farther
-  // than that from the hull, farthest first.
-  std::vector<Gap> GapsBeyond(double distance, const StopPoll& poll) const;
+  // Those of the hull farther than `distance` from the boundary, and places on faces farther than
+  // that from the hull, farthest first.
+  std::vector<Gap> GapsBeyond(double distance, const StopPoll& poll,
+                              FaceDetail detail = FaceDetail::kFew) const;
   // Samples of creases farther than `distance` from any edge of the boundary, farthest first.
   std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll) const;
 
@@ -61,6 +65,9 @@ class HullSampling {
   std::vector<Vec3d> points_, crease_points_, face_middles_;
   fields::PointIndex point_index_, crease_index_, face_index_;
 };
+
+// Those that are not next to one before.
+std::vector<Gap> DistinctGaps(const std::vector<Gap>& gaps, const StopPoll& poll);
 
 // Everything near one vertex that its place decides about.
 class VertexDeviation {

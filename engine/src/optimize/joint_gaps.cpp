@@ -7,6 +7,7 @@
 #include "base/vector_lanes.h"
 #include "input/hull_queries.h"
 #include "input/triangle_math.h"
+#include "optimize/face_places.h"
 
 namespace amhex {
 namespace {
@@ -37,8 +38,8 @@ std::array<double, 3> WeightsAt(const Vec3d& p, const Vec3d& a, const Vec3d& b, 
 }  // namespace
 
 JointGaps::JointGaps(const HullSampling& sampling, const Placement& placement,
-                     const DeviationLimits& limits)
-    : sampling_(sampling), placement_(placement), limits_(limits) {}
+                     const DeviationLimits& limits, FaceDetail detail)
+    : sampling_(sampling), placement_(placement), limits_(limits), detail_(detail) {}
 
 JointGaps::Face JointGaps::FaceNow(int32_t f) const {
   const CellFace& face = placement_.complex.hull_faces[f];
@@ -213,9 +214,23 @@ JointGaps::Mean JointGaps::MeanAt(const FacePoint& at) const {
   return mean;
 }
 
-// Middles of own faces and their edges, and what is halfway to their corners.
+template <class Visit>
+void JointGaps::VisitClosely(const Visit& visit) const {
+  for (size_t i = 0; i < own_ids_.size(); ++i) {
+    const Face& face = faces_[i];
+    VisitFacePlaces(face.count, [&](const std::array<double, 4>& weight, int side) {
+      if (side >= 0 && face.vertex[side] > face.vertex[(side + 1) % face.count]) return;
+      Mean mean{{}, face.vertex, weight};
+      for (int j = 0; j < face.count; ++j) mean.point += face.corner[j] * weight[j];
+      visit(mean);
+    });
+  }
+}
+
+// Middles of own faces and their edges, and what is halfway to their corners; or more of them.
 template <class Visit>
 void JointGaps::VisitOwnBoundary(const Visit& visit) const {
+  if (detail_ == FaceDetail::kClosely) return VisitClosely(visit);
   for (size_t i = 0; i < own_ids_.size(); ++i) {
     const Face& face = faces_[i];
     Mean middle{face.middle, face.vertex, {}};

@@ -24,8 +24,8 @@ struct JointDeviation {
 // One object for one place after the other. What it was made with must outlive it.
 class JointGaps {
  public:
-  JointGaps(const HullSampling& sampling, const Placement& placement,
-            const DeviationLimits& limits);
+  JointGaps(const HullSampling& sampling, const Placement& placement, const DeviationLimits& limits,
+            FaceDetail detail = FaceDetail::kFew);
 
   // Goes to the faces at these vertices, and the samples that may be nearest to them. Points of the
   // input that lie so far off the hull that no boundary comes near them are left out. False if
@@ -82,6 +82,8 @@ class JointGaps {
   EdgePoint NearestOnEdges(const Vec3d& p, double enough) const;
   Mean MeanAt(const FacePoint& at) const;
   template <class Visit>
+  void VisitClosely(const Visit& visit) const;
+  template <class Visit>
   void VisitOwnBoundary(const Visit& visit) const;
   double AimFor(Kind kind) const;
   // Calls visit(kind, distance, nearest point of the hull, mean) for all beyond a share of what is
@@ -92,6 +94,7 @@ class JointGaps {
   const HullSampling& sampling_;
   const Placement& placement_;
   const DeviationLimits& limits_;
+  const FaceDetail detail_;
   std::vector<int32_t> moving_;   // those on the boundary
   std::vector<int32_t> own_ids_;  // hull faces at them, ascending
   std::vector<Face> faces_;       // those first, then others around

@@ -1,0 +1,22 @@
+// The last word on distances: places that are still too far from the hull, or are so again.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "amhex/run_context.h"
+#include "assembly/cell_complex.h"
+#include "input/hull.h"
+#include "optimize/hull_features.h"
+
+namespace amhex {
+
+// Sweeps that regain quality after the boundary was drawn to the hull (follow_hull) move it once
+// more, and what a new vertex mends (split_at_gaps) may cost a place next to it. Where few places
+// are farther than they may be, faces looked at closely, these are drawn jointly again, by the same
+// rules, and no sweep follows.
+//
+// Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
+// RunStopped is thrown where no status can be returned.
+absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
+                                     const HullFeatures& features, const RunContext& run);
+
+}  // namespace amhex

@@ -1,0 +1,150 @@
+// Laws of the last word on distances: what is too far from the hull comes near enough, cells stay
+// good, and where nothing is or gaps are everywhere nothing changes.
+#include "optimize/draw_rest.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "optimize/face_places.h"
+#include "optimize/hull_deviation.h"
+#include "optimize/placement.h"
+#include "optimize/raise_quality.h"
+#include "output/mesh_statistics.h"
+#include "output/validate.h"
+#include "support/grid_complex.h"
+#include "support/grid_hull.h"
+#include "support/roof.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::CubesUnder;
+using testing_support::GridComplex;
+using testing_support::GridHull;
+using testing_support::GridSize;
+using testing_support::HullUnder;
+using testing_support::Roof;
+
+constexpr GridSize kSize = Roof().size;
+
+CellComplex Drawn(const CellComplex& complex, const Hull& hull) {
+  const RunContext run;
+  auto drawn = DrawRest(complex, hull, HullFeatures(hull), run);
+  EXPECT_TRUE(drawn.ok()) << drawn.status().ToString();
+  return *drawn;
+}
+
+double LargestDistance(const CellComplex& complex, const Hull& hull) {
+  const MeshStatistics statistics = MeasureMesh(testing_support::MeshOf(complex), hull);
+  return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
+}
+
+TEST(FacePlaces, AreSpreadOverTheFaceEachOnce) {
+  for (const int count : {3, 4}) {
+    const std::array<Vec3d, 4> corner = {
+        Vec3d{0, 0, 0}, {1, 0, 0}, count == 3 ? Vec3d{0, 1, 0} : Vec3d{1, 1, 0}, {0, 1, 0}};
+    std::vector<Vec3d> places;
+    VisitFacePlaces(count, [&](const std::array<double, 4>& weight, int side) {
+      Vec3d place;
+      double sum = 0;
+      for (int j = 0; j < count; ++j) place += corner[j] * weight[j], sum += weight[j];
+      EXPECT_NEAR(sum, 1, 1e-12);
+      for (int j = 0; j < count; ++j) {
+        const bool is_on = std::abs(weight[j] + weight[(j + 1) % count] - 1) < 1e-12;
+        EXPECT_EQ(is_on, side == j) << count << " corners, side " << j;
+        EXPECT_GT(Norm(place - corner[j]), 0.1) << "a corner";
+      }
+      for (const Vec3d& other : places) EXPECT_GT(Norm(place - other), 0.1) << "twice";
+      places.push_back(place);
+    });
+    // Nothing of the face is far from all of them.
+    for (double x = 0; x <= 1; x += 0.05) {
+      for (double y = 0; y <= (count == 3 ? 1 - x : 1.0); y += 0.05) {
+        const Vec3d p{x, y, 0};
+        const bool is_near = std::any_of(places.begin(), places.end(),
+                                         [&](const Vec3d& q) { return Norm(p - q) < 0.26; });
+        EXPECT_TRUE(is_near) << count << " corners: " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(HullSampling, FindsNoLessWhereFacesAreLookedAtClosely) {
+  const Roof roof{2.5, -0.6};  // a valley: faces are far from the hull, too
+  const Hull hull = HullUnder(roof);
+  CellComplex complex = CubesUnder(roof);
+  const HullFeatures features(hull);
+  const Placement placement = PreparePlacement(complex, features);
+  const HullSampling sampling(hull, placement);
+  const double limit = LimitsFor(hull).limit;
+  const std::vector<Gap> few = sampling.GapsBeyond(limit, StopPoll());
+  const std::vector<Gap> close = sampling.GapsBeyond(limit, StopPoll(), FaceDetail::kClosely);
+  ASSERT_FALSE(few.empty());
+  EXPECT_GT(close.size(), few.size());
+  EXPECT_GE(close.front().distance, few.front().distance);
+}
+
+TEST(DrawRest, OfNothingIsNothing) {
+  EXPECT_TRUE(Drawn(CellComplex{}, HullUnder({2.5, 0.45})).cells.empty());
+}
+
+TEST(DrawRest, LeavesABoundaryOnTheHullAsItIs) {
+  const CellComplex complex = GridComplex(kSize);
+  const CellComplex drawn = Drawn(complex, GridHull(kSize, 0.5));
+  EXPECT_EQ(drawn.vertices, complex.vertices);
+  EXPECT_EQ(drawn.cells, complex.cells);
+}
+
+TEST(DrawRest, BringsWhatIsTooFarNearEnough) {
+  for (const double height : {0.45, -0.45}) {
+    for (const double ridge_x : {2.4, 2.5, 3.5}) {
+      const Roof roof{ridge_x, height};
+      const Hull hull = HullUnder(roof);
+      const CellComplex complex = CubesUnder(roof);
+      const double limit = LimitsFor(hull).limit;
+      ASSERT_GT(LargestDistance(complex, hull), limit);
+      const CellComplex drawn = Drawn(complex, hull);
+      EXPECT_LE(LargestDistance(drawn, hull), limit) << ridge_x << " " << height;
+      EXPECT_GE(SummarizeQuality(drawn).minimum, 0.31) << ridge_x << " " << height;
+      EXPECT_EQ(drawn.cells, complex.cells);
+      const ValidationReport report = ValidateMesh(testing_support::MeshOf(drawn));
+      EXPECT_TRUE(report.valid()) << report.Summary();
+    }
+  }
+}
+
+TEST(DrawRest, LeavesAHullThatIsFarInManyPlacesAsItIs) {
+  const Roof roof{2.5, 0.5, {6, 60, 3}};  // every gap along the ridge is a place
+  const CellComplex complex = CubesUnder(roof);
+  EXPECT_EQ(Drawn(complex, HullUnder(roof)).vertices, complex.vertices);
+}
+
+TEST(DrawRest, IsTheSameAtAnyThreadCount) {
+  const Roof roof{2.5, 0.45};
+  const Hull hull = HullUnder(roof);
+  const CellComplex complex = CubesUnder(roof);
+  std::vector<CellComplex> results;
+  for (const size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(Drawn(complex, hull));
+  }
+  EXPECT_NE(results[0].vertices, complex.vertices);
+  for (const CellComplex& other : results) EXPECT_EQ(results[0].vertices, other.vertices);
+}
+
+TEST(DrawRest, StopsWhenAsked) {
+  const Roof roof{2.5, 0.5};
+  const Hull hull = HullUnder(roof);
+  RunContext run;
+  run.RequestStop();
+  const auto drawn = DrawRest(CubesUnder(roof), hull, HullFeatures(hull), run);
+  EXPECT_EQ(drawn.status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
