@@ -35,7 +35,8 @@ struct Gap {
   double distance = 0;
 };
 
-// Where a face of the boundary is held against the hull: in few places, or in those of face_places.
+// Where a face of the boundary is held against the hull: in its middle, as it was at first (with all
+// middles where they are now, twenty rows were as good and as bad), or in the places of face_places.
 enum class FaceDetail : uint8_t { kFew, kClosely };
 
 // Samples of the hull and of its creases, and the boundary's faces, by place. Vertices may move by
