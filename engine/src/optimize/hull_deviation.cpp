@@ -8,20 +8,15 @@
 #include <numeric>
 #include <tuple>
 
-#include "absl/container/flat_hash_set.h"
 #include "input/hull_queries.h"
 #include "input/triangle_math.h"
 #include "optimize/face_places.h"
+#include "optimize/hull_samples.h"
 #include "optimize/segment_queries.h"
-#include "output/surface_distance.h"
 
 namespace amhex {
 namespace {
 
-// As the statistics of a result have it (output/mesh_statistics, output/sharp_edges).
-constexpr double kSampleSpacing = 1.0 / 3.0;
-constexpr double kPointSpacing = 0.25;
-constexpr double kCreaseSpacing = 0.25;
 // What is wanted of a mesh: the larger of these.
 constexpr double kShareOfDiagonal = 0.005;
 constexpr double kShareOfEdge = 1.0 / 6.0;
@@ -32,49 +27,6 @@ constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners,
 constexpr double kBinSize = 1.0;
 // Gaps this near to one another are the same.
 constexpr double kSameGap = 0.4;
-
-// [point] 1 where an input point is farther than `distance` from the boundary.
-std::vector<uint8_t> AreBeyond(double distance, const Hull& hull, const HullQueries& boundary,
-                               const StopPoll& poll) {
-  std::vector<uint8_t> beyond(hull.input_points.size());
-  tbb::parallel_for(size_t{0}, beyond.size(), [&](size_t i) {
-    poll.At(static_cast<int64_t>(i));
-    beyond[i] = boundary.IsWithin(hull.input_points[i], distance) ? 0 : 1;
-  });
-  return beyond;
-}
-
-std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, const StopPoll& poll) {
-  std::vector<Vec3d> points = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
-  // One of the input's own points in each cube of a grid: they are on ridges and tips. And all
-  // that are far away: the very tip may be another one of its cube.
-  const std::vector<uint8_t> is_far = AreBeyond(LimitsFor(hull).free, hull, boundary, poll);
-  absl::flat_hash_set<std::array<int32_t, 3>> taken;
-  for (size_t i = 0; i < hull.input_points.size(); ++i) {
-    poll.At(static_cast<int64_t>(i));
-    const Vec3d& p = hull.input_points[i];
-    std::array<int32_t, 3> cube;
-    for (int a = 0; a < 3; ++a) cube[a] = static_cast<int32_t>(std::floor(p[a] / kPointSpacing));
-    if (taken.insert(cube).second || is_far[i]) points.push_back(p);
-  }
-  return points;
-}
-
-std::vector<Vec3d> CreasePoints(const FeatureView& features) {
-  std::vector<Vec3d> points;
-  for (int64_t c = 0; c < features.creases.size; ++c) {
-    const ArrayView<const LineSegment> segments = features.creases[c].segments.segments;
-    for (int64_t i = 0; i < segments.size; ++i) {
-      const LineSegment& segment = segments[i];
-      const Vec3d along = segment.second - segment.first;
-      const int count = std::max(1, static_cast<int>(std::ceil(Norm(along) / kCreaseSpacing)));
-      for (int k = 0; k < count; ++k) {
-        points.push_back(segment.first + along * ((k + 0.5) / count));
-      }
-    }
-  }
-  return points;
-}
 
 Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d sum;
@@ -153,7 +105,8 @@ DeviationLimits LimitsFor(const Hull& hull) {
 HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
     : hull_(hull),
       placement_(placement),
-      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), poll)),
+      points_scatter_(PointsScatter(hull, poll)),
+      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), points_scatter_, poll)),
       crease_points_(CreasePoints(placement.features.view())),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),

@@ -35,8 +35,9 @@ struct Gap {
   double distance = 0;
 };
 
-// Where a face of the boundary is held against the hull: in its middle, as it was at first (with all
-// middles where they are now, twenty rows were as good and as bad), or in the places of face_places.
+// Where a face of the boundary is held against the hull: in its middle, as it was at first (with
+// all middles where they are now, twenty rows were as good and as bad), or in the places of
+// face_places.
 enum class FaceDetail : uint8_t { kFew, kClosely };
 
 // Samples of the hull and of its creases, and the boundary's faces, by place. Vertices may move by
@@ -54,6 +55,9 @@ class HullSampling {
   std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll) const;
 
   const Hull& hull() const { return hull_; }
+  // The input's points do, as noise makes them: the hull is followed, and those that lie off it by
+  // more than does not count are no samples.
+  bool points_scatter() const { return points_scatter_; }
   const std::vector<Vec3d>& points() const { return points_; }
   const std::vector<Vec3d>& crease_points() const { return crease_points_; }
   const fields::PointIndex& point_index() const { return point_index_; }
@@ -63,6 +67,7 @@ class HullSampling {
  private:
   const Hull& hull_;
   const Placement& placement_;
+  const bool points_scatter_;
   std::vector<Vec3d> points_, crease_points_, face_middles_;
   fields::PointIndex point_index_, crease_index_, face_index_;
 };

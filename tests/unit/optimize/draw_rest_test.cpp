@@ -89,6 +89,33 @@ TEST(HullSampling, FindsNoLessWhereFacesAreLookedAtClosely) {
   EXPECT_GE(close.front().distance, few.front().distance);
 }
 
+// A box with one point in so many a third of an edge length above its top.
+Hull BoxWithPointsAbove(int one_in) {
+  Hull hull = GridHull(kSize, 0.5);
+  for (int i = 0; i < 400; ++i) {
+    const double x = 0.5 + (i % 20) * 0.25, y = 0.5 + static_cast<double>(i / 20) * 0.15;
+    hull.input_points.push_back({x, y, kSize.nz + (i % one_in == 0 ? 1 / 3.0 : 0.0)});
+  }
+  return hull;
+}
+
+size_t CountAbove(const std::vector<Vec3d>& points) {
+  return static_cast<size_t>(std::count_if(points.begin(), points.end(),
+                                           [](const Vec3d& p) { return p.z > kSize.nz + 0.1; }));
+}
+
+TEST(HullSampling, FollowsTheHullWherePointsScatterAndTheFewThatStandOut) {
+  for (const int one_in : {4, 40}) {
+    const Hull hull = BoxWithPointsAbove(one_in);
+    CellComplex complex = GridComplex(kSize);
+    const HullFeatures features(hull);
+    const Placement placement = PreparePlacement(complex, features);
+    const HullSampling sampling(hull, placement);
+    EXPECT_EQ(sampling.points_scatter(), one_in == 4);
+    EXPECT_EQ(CountAbove(sampling.points()), one_in == 4 ? 0 : CountAbove(hull.input_points));
+  }
+}
+
 TEST(DrawRest, OfNothingIsNothing) {
   EXPECT_TRUE(Drawn(CellComplex{}, HullUnder({2.5, 0.45})).cells.empty());
 }
