@@ -14,10 +14,10 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
 #include "optimize/raise_quality.h"
-#include "output/mesh_statistics.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "support/largest_distance.h"
 #include "support/roof.h"
 
 namespace amhex {
@@ -28,6 +28,7 @@ using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::HullUnder;
+using testing_support::LargestDistance;
 using testing_support::Roof;
 
 constexpr GridSize kSize = Roof().size;
@@ -37,11 +38,6 @@ CellComplex Drawn(const CellComplex& complex, const Hull& hull) {
   auto drawn = DrawRest(complex, hull, HullFeatures(hull), run);
   EXPECT_TRUE(drawn.ok()) << drawn.status().ToString();
   return *drawn;
-}
-
-double LargestDistance(const CellComplex& complex, const Hull& hull) {
-  const MeshStatistics statistics = MeasureMesh(testing_support::MeshOf(complex), hull);
-  return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
 }
 
 TEST(FacePlaces, AreSpreadOverTheFaceEachOnce) {

@@ -15,6 +15,7 @@
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "support/largest_distance.h"
 #include "support/roof.h"
 
 namespace amhex {
@@ -25,6 +26,7 @@ using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::HullUnder;
+using testing_support::LargestDistance;
 using testing_support::Roof;
 
 constexpr GridSize kSize = Roof().size;
@@ -38,11 +40,6 @@ CellComplex Followed(const CellComplex& complex, const Hull& hull) {
 
 MeshStatistics Measured(const CellComplex& complex, const Hull& hull) {
   return MeasureMesh(testing_support::MeshOf(complex), hull);
-}
-
-double LargestDistance(const CellComplex& complex, const Hull& hull) {
-  const MeshStatistics statistics = Measured(complex, hull);
-  return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
 }
 
 // Of samples of the hull only.

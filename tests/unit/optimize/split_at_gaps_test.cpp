@@ -12,11 +12,11 @@
 
 #include "optimize/hull_deviation.h"
 #include "optimize/raise_quality.h"
-#include "output/mesh_statistics.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
 #include "support/hull_of_mesh.h"
+#include "support/largest_distance.h"
 
 namespace amhex {
 namespace {
@@ -24,6 +24,7 @@ namespace {
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
+using testing_support::LargestDistance;
 
 constexpr GridSize kSize = {7, 7, 4};
 
@@ -78,11 +79,6 @@ CellComplex Split(const CellComplex& complex, const Hull& hull) {
   auto split = SplitAtGaps(complex, hull, HullFeatures(hull), run);
   EXPECT_TRUE(split.ok()) << split.status().ToString();
   return *split;
-}
-
-double LargestDistance(const CellComplex& complex, const Hull& hull) {
-  const MeshStatistics statistics = MeasureMesh(testing_support::MeshOf(complex), hull);
-  return std::max(statistics.mesh_to_input_max, statistics.input_to_mesh_max) * hull.box.Diagonal();
 }
 
 TEST(SplitAtGaps, OfNothingIsNothing) {
