@@ -18,8 +18,9 @@ constexpr size_t kMessageBytes = 4 * kMebibyte - 1024;
 constexpr int kConnections = 4;
 constexpr int kCallsPerConnection = 60;
 constexpr absl::Duration kQuiet = absl::Seconds(1);
-// Beside the messages: the calls' own state, what is given back late, and room to breathe.
-constexpr int64_t kOtherBytes = 64 * kMebibyte + kQuarantineBytes;
+// Beside the messages: the calls' own state, what is given back late, and room to breathe. Mostly
+// 20 MiB; on a busy machine 74 were seen once. Without the bound it would be 900.
+constexpr int64_t kOtherBytes = 96 * kMebibyte + kQuarantineBytes;
 
 class MessageMemoryTest : public DaemonTest, public ::testing::WithParamInterface<const char*> {};
 
