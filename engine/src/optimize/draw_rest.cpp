@@ -1,11 +1,13 @@
 #include "optimize/draw_rest.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "base/status_macros.h"
 #include "optimize/draw_jointly.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
+#include "optimize/raise_quality.h"
 #include "optimize/take_back_defects.h"
 
 namespace amhex {
@@ -17,8 +19,54 @@ constexpr size_t kMostPlaces = 48;
 constexpr int kRounds = 3;
 // Of the limits: distances are measured at other places than these, too.
 constexpr double kMargin = 0.97;
-// As follow_hull.
+// No cell that is better falls below this, and at first none below the mesh's minimum, which counts
+// up to here.
 constexpr double kLeastQuality = 0.31;
+constexpr double kMostFloor = 0.5;
+
+class RestDraw {
+ public:
+  RestDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits)
+      : placement_(placement), sampling_(sampling), limits_(limits) {}
+
+  void Run(const RunContext& run) {
+    const double minimum = MinimumNow(run);
+    const double floor = std::clamp(minimum, kLeastQuality, kMostFloor);
+    std::vector<Gap> places = DrawAbove(floor, run);
+    if (places.empty() || places.size() > kMostPlaces || floor == kLeastQuality) return;
+    // The minimum is worth giving up for a mesh that is near enough everywhere, not for less.
+    const std::vector<Vec3d> before = placement_.complex.vertices;
+    places = DrawAbove(kLeastQuality, run);
+    const bool is_near_enough =
+        places.empty() || places.front().distance <= limits_.limit / kMargin;
+    if (is_near_enough || MinimumNow(run) >= floor) return;
+    placement_.complex.vertices = before;
+  }
+
+ private:
+  double MinimumNow(const RunContext& run) const {
+    return SummarizeQuality(placement_.complex, StopPoll(run)).minimum;
+  }
+  std::vector<Gap> Places(const RunContext& run) const {
+    const StopPoll poll(run);
+    return DistinctGaps(sampling_.GapsBeyond(limits_.limit, poll, FaceDetail::kClosely), poll);
+  }
+
+  // Returns the places that are left.
+  std::vector<Gap> DrawAbove(double floor, const RunContext& run) {
+    std::vector<Gap> places = Places(run);
+    JointDraw draw(placement_, sampling_, limits_, floor, FaceDetail::kClosely);
+    for (int round = 0; round < kRounds; ++round) {
+      if (places.empty() || places.size() > kMostPlaces || !draw.Run(places, run)) break;
+      places = Places(run);
+    }
+    return places;
+  }
+
+  Placement& placement_;
+  const HullSampling& sampling_;
+  const DeviationLimits& limits_;
+};
 
 }  // namespace
 
@@ -32,12 +80,7 @@ absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
   DeviationLimits limits = LimitsFor(hull);
   limits.limit *= kMargin;
   const std::vector<Vec3d> before = complex.vertices;
-  JointDraw draw(placement, sampling, limits, kLeastQuality, FaceDetail::kClosely);
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gap> places =
-        DistinctGaps(sampling.GapsBeyond(limits.limit, poll, FaceDetail::kClosely), poll);
-    if (places.empty() || places.size() > kMostPlaces || !draw.Run(places, run)) break;
-  }
+  RestDraw(placement, sampling, limits).Run(run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   TakeBackDefects(hull, before, poll, &complex);
   return complex;

@@ -12,7 +12,8 @@ namespace amhex {
 // Sweeps that regain quality after the boundary was drawn to the hull (follow_hull) move it once
 // more, and what a new vertex mends (split_at_gaps) may cost a place next to it. Where few places
 // are farther than they may be, faces looked at closely, these are drawn jointly again, by the same
-// rules, and no sweep follows.
+// rules, and no sweep follows. The mesh's minimum falls, not below 0.31, only where nothing is too
+// far away after that.
 //
 // Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
 // RunStopped is thrown where no status can be returned.

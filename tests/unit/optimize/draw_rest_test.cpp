@@ -141,6 +141,24 @@ TEST(DrawRest, BringsWhatIsTooFarNearEnough) {
   }
 }
 
+TEST(DrawRest, LowersTheMinimumOnlyWhereAllIsNearAfterwards) {
+  int kept = 0;
+  for (const double height : {-0.9, -0.45, 0.45, 0.7, 0.9, 1.2}) {
+    const Roof roof{2.5, height};
+    const Hull hull = HullUnder(roof);
+    const CellComplex complex = CubesUnder(roof);
+    const double before = SummarizeQuality(complex).minimum;
+    const CellComplex drawn = Drawn(complex, hull);
+    const double after = SummarizeQuality(drawn).minimum;
+    EXPECT_GE(after, std::min(before, 0.31)) << height;
+    // Statistics look at other places, too.
+    const bool is_near = LargestDistance(drawn, hull) <= 1.05 * LimitsFor(hull).limit;
+    EXPECT_TRUE(is_near || after >= std::min(before, 0.5)) << height << " " << after;
+    kept += is_near ? 0 : 1;
+  }
+  EXPECT_GT(kept, 0) << "or the test shows nothing";
+}
+
 TEST(DrawRest, LeavesAHullThatIsFarInManyPlacesAsItIs) {
   const Roof roof{2.5, 0.5, {6, 60, 3}};  // every gap along the ridge is a place
   const CellComplex complex = CubesUnder(roof);
