@@ -38,35 +38,36 @@ double CornerQuality(const Vec3d& next, const Vec3d& previous, const Vec3d& apex
   return length > kTinyLength ? Determinant(apex, next, previous) / length : -1.0;
 }
 
-// Half-spaces, eight at a time.
+// Half-spaces, four at a time.
 class PlaneTable {
  public:
-  explicit PlaneTable(const std::vector<KernelPlane>& planes) : blocks_(LaneBlocks(planes.size())) {
-    for (size_t k = 0; k < kLanes * blocks_.size(); ++k) {
+  explicit PlaneTable(const std::vector<KernelPlane>& planes)
+      : blocks_((planes.size() + kHalfLanes - 1) / kHalfLanes) {
+    for (size_t k = 0; k < kHalfLanes * blocks_.size(); ++k) {
       // What fills the last block is never the nearest.
       constexpr KernelPlane kFar{{1, 0, 0}, {-1e300, 0, 0}};
       const KernelPlane& plane = k < planes.size() ? planes[k] : kFar;
-      blocks_[k / kLanes].normal.Set(k % kLanes, plane.normal);
-      blocks_[k / kLanes].point.Set(k % kLanes, plane.point);
+      blocks_[k / kHalfLanes].normal.Set(k % kHalfLanes, plane.normal);
+      blocks_[k / kHalfLanes].point.Set(k % kHalfLanes, plane.point);
     }
   }
 
   // The first of the planes with the least distance to p; `depth` is that distance.
   size_t Nearest(const Vec3d& p, double* depth) const {
-    DoubleLanes least = DoubleLanes{} + 1e300;
-    LaneMask at{};
+    HalfLanes least = HalfLanes{} + 1e300;
+    HalfMask at{};
     RunWithWidestVectors([&] {
       for (size_t b = 0; b < blocks_.size(); ++b) {
-        const DoubleLanes distance = blocks_[b].normal.Dot(blocks_[b].point.Towards(p));
-        const LaneMask is_less = distance < least;
+        const HalfLanes distance = blocks_[b].normal.Dot(blocks_[b].point.Towards(p));
+        const HalfMask is_less = distance < least;
         least = is_less ? distance : least;
-        at = is_less ? LaneMask{} + static_cast<int64_t>(b) : at;
+        at = is_less ? HalfMask{} + static_cast<int64_t>(b) : at;
       }
     });
     size_t nearest = 0;
     *depth = 1e300;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const size_t k = static_cast<size_t>(at[lane]) * kLanes + lane;
+    for (int lane = 0; lane < kHalfLanes; ++lane) {
+      const size_t k = static_cast<size_t>(at[lane]) * kHalfLanes + lane;
       if (least[lane] > *depth || (least[lane] == *depth && k > nearest)) continue;
       *depth = least[lane];
       nearest = k;
@@ -76,7 +77,7 @@ class PlaneTable {
 
  private:
   struct Block {
-    VectorLanes normal, point;
+    VectorsOf<kHalfLanes> normal, point;
   };
   std::vector<Block> blocks_;
 };
@@ -97,73 +98,108 @@ class StarCorners {
     }
   }
 
-  // The least quality with this apex; where that is not above `enough`, some value that is not.
+  // The least quality with this apex; where that is not above `enough`, which is above -1, some
+  // value that is not.
   double Minimum(const Vec3d& apex, double enough) {
     double minimum = 1;
     RunWithWidestVectors([&] {
-      // What was worst last time is likely to be so again.
-      const size_t count = at_base_.size() + at_apex_.size();
-      for (size_t i = 0, b = worst_; i < count && minimum > enough; ++i) {
-        const DoubleLanes quality = b < at_base_.size()
-                                        ? at_base_[b].Quality(apex)
-                                        : at_apex_[b - at_base_.size()].Quality(apex);
-        for (int lane = 0; lane < kLanes; ++lane) {
-          if (quality[lane] < minimum) minimum = quality[lane], worst_ = b;
+      if (enough < 0 ? IsPoor<true>(apex, enough) : IsPoor<false>(apex, enough)) {
+        minimum = enough;
+        return;
+      }
+      for (size_t b = 0; b < count() && minimum > enough; ++b) {
+        const HalfLanes quality = QualityIn(b, apex);
+        for (int lane = 0; lane < kHalfLanes; ++lane) {
+          if (quality[lane] < minimum) minimum = quality[lane];
         }
-        b = b + 1 < count ? b + 1 : 0;
       }
     });
     return minimum;
   }
 
  private:
-  AMHEX_LANES_INLINE static DoubleLanes Quotient(const DoubleLanes& determinant,
-                                                 const DoubleLanes& squared_lengths) {
-    const DoubleLanes length = SquareRoot(squared_lengths);
-    return length > kTinyLength ? determinant / length : DoubleLanes{} - 1.0;
-  }
+  using Vectors = VectorsOf<kHalfLanes>;
+  // Quality is the determinant over the square root.
+  struct Terms {
+    HalfLanes determinant, squared_lengths;
+  };
 
   // Corners of the faces.
   struct BaseBlock {
-    VectorLanes place, cross;
-    DoubleLanes squared_lengths;
+    Vectors place, cross;
+    HalfLanes squared_lengths;
 
-    AMHEX_LANES_INLINE DoubleLanes Quality(const Vec3d& apex) const {
-      const VectorLanes arm = place.Towards(apex);
-      return Quotient(arm.Dot(cross), squared_lengths * arm.Dot(arm));
+    AMHEX_LANES_INLINE Terms At(const Vec3d& apex) const {
+      const Vectors arm = place.Towards(apex);
+      return {arm.Dot(cross), squared_lengths * arm.Dot(arm)};
     }
   };
   // The fourth corner of a tetrahedron.
   struct ApexBlock {
-    std::array<VectorLanes, 3> corner;
+    std::array<Vectors, 3> corner;
 
-    AMHEX_LANES_INLINE DoubleLanes Quality(const Vec3d& apex) const {
-      const VectorLanes next = corner[1].From(apex), previous = corner[0].From(apex);
-      const VectorLanes third = corner[2].From(apex);
-      return Quotient(third.Dot(next.Cross(previous)),
-                      next.Dot(next) * previous.Dot(previous) * third.Dot(third));
+    AMHEX_LANES_INLINE Terms At(const Vec3d& apex) const {
+      const Vectors next = corner[1].From(apex), previous = corner[0].From(apex);
+      const Vectors third = corner[2].From(apex);
+      return {third.Dot(next.Cross(previous)),
+              next.Dot(next) * previous.Dot(previous) * third.Dot(third)};
     }
   };
 
+  size_t count() const { return at_base_.size() + at_apex_.size(); }
+  AMHEX_LANES_INLINE Terms TermsIn(size_t block, const Vec3d& apex) const {
+    return block < at_base_.size() ? at_base_[block].At(apex)
+                                   : at_apex_[block - at_base_.size()].At(apex);
+  }
+  AMHEX_LANES_INLINE HalfLanes QualityIn(size_t block, const Vec3d& apex) const {
+    const Terms terms = TermsIn(block, apex);
+    const HalfLanes length = SquareRoot(terms.squared_lengths);
+    return length > kTinyLength ? terms.determinant / length : HalfLanes{} - 1.0;
+  }
+
+  // Whether a corner's quality is not above `enough`, and so clearly that its square tells: most
+  // apices that are tried end here, without a root or a quotient. Lengths too small to count tell
+  // nothing wrong, as the quality is -1 there.
+  template <bool kIsNegative>
+  AMHEX_LANES_INLINE bool IsPoor(const Vec3d& apex, double enough) {
+    constexpr double kRounding = 1e-12;  // some ten roundings are 1e-15
+    const double bound = enough * enough * (kIsNegative ? 1 + kRounding : 1 - kRounding);
+    // What was poor last time is likely to be so again.
+    for (size_t i = 0, b = poor_; i < count(); ++i) {
+      const Terms terms = TermsIn(b, apex);
+      const HalfLanes excess =
+          terms.determinant * terms.determinant - bound * terms.squared_lengths;
+      const auto turned = reinterpret_cast<HalfMask>(terms.determinant);
+      const HalfMask poor = kIsNegative ? turned & reinterpret_cast<HalfMask>(-excess)
+                                        : turned | reinterpret_cast<HalfMask>(excess);
+      if (((poor[0] | poor[1]) | (poor[2] | poor[3])) < 0) {
+        poor_ = b;
+        return true;
+      }
+      b = b + 1 < count() ? b + 1 : 0;
+    }
+    return false;
+  }
+
   // Each fills the rest of its block too: repeated corners change no minimum.
   void AddAtBase(size_t index, const Vec3d& place, const Vec3d& cross, double squared_lengths) {
-    if (index % kLanes == 0) at_base_.emplace_back();
-    for (int lane = static_cast<int>(index % kLanes); lane < kLanes; ++lane) {
+    if (index % kHalfLanes == 0) at_base_.emplace_back();
+    for (int lane = static_cast<int>(index % kHalfLanes); lane < kHalfLanes; ++lane) {
       at_base_.back().place.Set(lane, place);
       at_base_.back().cross.Set(lane, cross);
       at_base_.back().squared_lengths[lane] = squared_lengths;
     }
   }
   void AddAtApex(size_t index, const std::array<Vec3d, 3>& corner) {
-    if (index % kLanes == 0) at_apex_.emplace_back();
-    for (int lane = static_cast<int>(index % kLanes); lane < kLanes; ++lane) {
+    if (index % kHalfLanes == 0) at_apex_.emplace_back();
+    for (int lane = static_cast<int>(index % kHalfLanes); lane < kHalfLanes; ++lane) {
       for (int j = 0; j < 3; ++j) at_apex_.back().corner[j].Set(lane, corner[j]);
     }
   }
 
   std::vector<BaseBlock> at_base_;
   std::vector<ApexBlock> at_apex_;
-  size_t worst_ = 0;  // block
+  size_t poor_ = 0;  // block
 };
 
 double TriangleSolidAngle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {

@@ -14,9 +14,6 @@
 namespace amhex::fields {
 namespace {
 
-// Eight numbers.
-using FloatLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
-
 AMHEX_LANES_INLINE FloatLanes Load(const float* from) {
   FloatLanes lanes;
   std::memcpy(&lanes, from, sizeof(lanes));

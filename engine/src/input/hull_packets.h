@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 #include "amhex/vec3.h"
 #include "base/array_view.h"
+#include "base/platform.h"
 #include "base/vector_lanes.h"
 #include "input/hull_depth.h"
 
@@ -17,32 +19,47 @@ struct HullPacket {
   int32_t child[kLanes];                  // a packet; of triangles the complement, in leaf order
 };
 
-using FloatLanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(4)));
-
 // Every packet is at least one level of the hierarchy deep, and leaves seven waiting at most.
 inline constexpr int kPacketStackSize = (kLanes - 1) * kHullStackSize + 1;
 
-AMHEX_LANES_INLINE DoubleLanes LoadBounds(const float* bounds) {
-  return __builtin_convertvector(*reinterpret_cast<const FloatLanes*>(bounds), DoubleLanes);
-}
+// A point in single precision, rounded both ways, so that no box is taken for farther than it is.
+class PacketPoint {
+ public:
+  explicit PacketPoint(const Vec3d& p) {
+    // No hull reaches farther, edge lengths; nearer to a box the bound is only lower.
+    constexpr double kFarthest = 1e15;
+    constexpr float kRounding = 0x1p-23F;  // twice that of a float
+    constexpr float kLeast = 1e-18F;       // its square is no subnormal number
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto x = static_cast<float>(Smaller(Larger(p[axis], -kFarthest), kFarthest));
+      const float margin = Larger(x, -x) * kRounding + kLeast;
+      up_[axis] = x + margin, down_[axis] = x - margin;
+    }
+  }
 
-// Never above the squared distance of a triangle in the box.
-AMHEX_LANES_INLINE DoubleLanes SquaredDistancesTo(const HullPacket& packet, const Vec3d& p) {
-  const auto along = [&](int axis) {
-    const DoubleLanes below = LoadBounds(packet.low[axis]) - p[axis];
-    const DoubleLanes above = p[axis] - LoadBounds(packet.high[axis]);
-    const DoubleLanes outside = below > 0.0 ? below : DoubleLanes{};
-    return outside > above ? outside : above;
-  };
-  const DoubleLanes x = along(0), y = along(1), z = along(2);
-  return x * x + y * y + z * z;
-}
+  // Never above the squared distance of a triangle in the box.
+  AMHEX_LANES_INLINE FloatLanes SquaredDistancesTo(const HullPacket& packet) const {
+    constexpr float kRoundedDown = 1 - 0x1p-20F;  // three roundings of a term, two of the sum
+    const FloatLanes x = Along(0, packet), y = Along(1, packet), z = Along(2, packet);
+    return (x * x + y * y + z * z) * kRoundedDown;
+  }
 
-// Bit by bit, which lanes are true.
-AMHEX_LANES_INLINE uint32_t BitsOf(const LaneMask& mask) {
-  int64_t bits = 0;
-  for (int lane = 0; lane < kLanes; ++lane) bits |= mask[lane] & (int64_t{1} << lane);
-  return static_cast<uint32_t>(bits);
+ private:
+  AMHEX_LANES_INLINE FloatLanes Along(int axis, const HullPacket& packet) const {
+    const FloatLanes below = *reinterpret_cast<const FloatLanes*>(packet.low[axis]) - up_[axis];
+    const FloatLanes above = down_[axis] - *reinterpret_cast<const FloatLanes*>(packet.high[axis]);
+    const FloatLanes outside = below > above ? below : above;
+    return outside < 0.0F ? FloatLanes{} : outside;
+  }
+
+  float up_[3], down_[3];
+};
+
+// Finite, and not below the square.
+inline float PacketReach(double squared) {
+  constexpr double kMost = 3e38;
+  constexpr double kRoundedUp = 1 + 0x1p-22;
+  return static_cast<float>(Smaller(squared * kRoundedUp, kMost));
 }
 
 // Calls visit(triangle) for those whose boxes are within the square root of `reach()`,
@@ -51,9 +68,10 @@ template <class Reach, class Visit>
 AMHEX_LANES_INLINE void VisitPackets(const ArrayView<const HullPacket>& packets, const Vec3d& p,
                                      const Reach& reach, const Visit& visit) {
   struct Waiting {
-    double squared;
+    float squared;
     int32_t child;
   };
+  const PacketPoint point(p);
   Waiting stack[kPacketStackSize];
   int size = 0;
   for (int32_t child = 0;;) {
@@ -61,10 +79,10 @@ AMHEX_LANES_INLINE void VisitPackets(const ArrayView<const HullPacket>& packets,
       if (visit(~child)) return;
     } else {
       const HullPacket& packet = packets.data[child];
-      const DoubleLanes lanes = SquaredDistancesTo(packet, p);
-      double squared[kLanes];
-      for (int lane = 0; lane < kLanes; ++lane) squared[lane] = lanes[lane];
-      const uint32_t within = BitsOf(lanes <= reach());
+      const FloatLanes lanes = point.SquaredDistancesTo(packet);
+      float squared[kLanes];
+      std::memcpy(squared, &lanes, sizeof(squared));
+      const uint32_t within = BitsOf(lanes <= PacketReach(reach()));
       int nearest = -1;
       for (uint32_t left = within; left != 0; left &= left - 1) {
         const int lane = LowestBit(left);

@@ -12,23 +12,58 @@ namespace {
 
 static_assert(kPointsAtOnce == kLanes && kLanes == 8, "lanes are told apart by the bits of a byte");
 
-AMHEX_LANES_INLINE LaneMask MaskOf(uint32_t bits) {
-  constexpr LaneMask kBits = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (kBits & static_cast<int64_t>(bits)) != 0;
-}
+// Of eight points in registers of kCount lanes.
+template <int kCount>
+class Walkers {
+ public:
+  AMHEX_LANES_INLINE Walkers(const Vec3d* points, int count) : sum_{} {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      places_[lane / kCount].Set(lane % kCount, points[std::min(lane, count - 1)]);
+    }
+  }
+  // Those of `lanes` that are far from the dipole, which is added to their sums.
+  AMHEX_LANES_INLINE uint32_t AddFar(const HullDipole& dipole, uint32_t lanes) {
+    uint32_t far = 0;
+    for (int part = 0; part < kParts; ++part) {
+      const uint32_t own = lanes >> (kCount * part) & kAll;
+      const VectorsOf<kCount> to_centre = places_[part].Towards(dipole.centre);
+      const Numbers squared = to_centre.Dot(to_centre);
+      const Mask is_far = (squared > dipole.far_squared) & MaskOf(own);
+      const uint32_t bits = BitsOf(is_far);
+      if (bits == 0) continue;
+      far |= bits << (kCount * part);
+      const Numbers angle = FarSolidAngle(dipole, to_centre, squared, SquareRoot(squared));
+      sum_[part] = is_far ? sum_[part] + angle : sum_[part];
+    }
+    return far;
+  }
+  AMHEX_LANES_INLINE void Add(int lane, double angle) {
+    sum_[lane / kCount][lane % kCount] += angle;
+  }
+  AMHEX_LANES_INLINE double SumOf(int lane) const { return sum_[lane / kCount][lane % kCount]; }
 
-AMHEX_LANES_INLINE uint32_t BitsOf(const LaneMask& mask) {
-  uint32_t bits = 0;
-  for (int lane = 0; lane < kLanes; ++lane) bits |= mask[lane] != 0 ? 1U << lane : 0U;
-  return bits;
-}
+ private:
+  static constexpr int kParts = kLanes / kCount;
+  static constexpr uint32_t kAll = (1U << kCount) - 1;
+  using Numbers = typename LanesOf<kCount>::Doubles;
+  using Mask = typename LanesOf<kCount>::Mask;
+
+  AMHEX_LANES_INLINE static Mask MaskOf(uint32_t bits) {
+    Mask own;
+    for (int lane = 0; lane < kCount; ++lane) own[lane] = int64_t{1} << lane;
+    return (own & static_cast<int64_t>(bits)) != 0;
+  }
+
+  VectorsOf<kCount> places_[kParts];
+  Numbers sum_[kParts];
+};
 
 // Every point walks the hierarchy as HullView::WindingNumber does, all of them together: in the
 // order of the nodes, so that each one's sum has the same terms in the same order.
+template <int kCount>
 AMHEX_LANES_INLINE void Walk(const HullView& hull, const Vec3d* points, int count,
                              double* solid_angle) {
-  VectorLanes p;
-  for (int lane = 0; lane < kLanes; ++lane) p.Set(lane, points[std::min(lane, count - 1)]);
+  Walkers<kCount> walkers(points, count);
   struct Waiting {
     int32_t node;
     uint32_t lanes;
@@ -36,18 +71,9 @@ AMHEX_LANES_INLINE void Walk(const HullView& hull, const Vec3d* points, int coun
   Waiting stack[kHullStackSize];
   int size = 1;
   stack[0] = {0, (1U << count) - 1};
-  DoubleLanes sum{};
   while (size > 0) {
     const Waiting entry = stack[--size];
-    const HullDipole& dipole = hull.dipoles.data[entry.node];
-    const VectorLanes to_centre = p.Towards(dipole.centre);
-    const DoubleLanes squared = to_centre.Dot(to_centre);
-    const uint32_t far = entry.lanes & BitsOf(squared > dipole.far_squared);
-    if (far != 0) {
-      const DoubleLanes angle = FarSolidAngle(dipole, to_centre, squared, SquareRoot(squared));
-      sum = MaskOf(far) ? sum + angle : sum;
-    }
-    const uint32_t near = entry.lanes & ~far;
+    const uint32_t near = entry.lanes & ~walkers.AddFar(hull.dipoles.data[entry.node], entry.lanes);
     if (near == 0) continue;
     const HullNode& node = hull.nodes.data[entry.node];
     if (node.right >= 0) {
@@ -59,11 +85,11 @@ AMHEX_LANES_INLINE void Walk(const HullView& hull, const Vec3d* points, int coun
       const HullTriangle& t = hull.triangles.data[i];
       for (uint32_t left = near; left != 0; left &= left - 1) {
         const int lane = LowestBit(left);
-        sum[lane] += SolidAngle(points[lane], t.a, t.b, t.c);
+        walkers.Add(lane, SolidAngle(points[lane], t.a, t.b, t.c));
       }
     }
   }
-  for (int lane = 0; lane < kLanes; ++lane) solid_angle[lane] = sum[lane];
+  for (int lane = 0; lane < kLanes; ++lane) solid_angle[lane] = walkers.SumOf(lane);
 }
 
 }  // namespace
@@ -78,7 +104,7 @@ std::array<double, kPointsAtOnce> WindingNumbers(const HullView& hull, const Vec
     for (int i = 0; i < count; ++i) winding[i] = hull.WindingNumber(points[i]);
     return winding;
   }
-  RunWithWidestVectors([&] { Walk(hull, points, count, winding.data()); });
+  RunInLanes([&](auto lanes) { Walk<lanes()>(hull, points, count, winding.data()); });
   for (double& angle : winding) angle /= 4 * std::numbers::pi;
   return winding;
 }

@@ -8,56 +8,58 @@
 namespace amhex {
 
 struct SlopeLanes {
-  DoubleLanes first, second;
+  HalfLanes first, second;
 };
 
-AMHEX_LANES_INLINE DoubleLanes SteadyExp(const DoubleLanes& x) {
+AMHEX_LANES_INLINE HalfLanes SteadyExp(const HalfLanes& x) {
   constexpr double kLog2E = 1.4426950408889634, kLn2 = 0.6931471805599453;
-  const DoubleLanes half = x >= 0 ? DoubleLanes{} + 0.5 : DoubleLanes{} - 0.5;
-  const LaneMask k = __builtin_convertvector(x * kLog2E + half, LaneMask);
-  const DoubleLanes r = x - __builtin_convertvector(k, DoubleLanes) * kLn2;
-  const DoubleLanes series =
+  const HalfLanes half = x >= 0 ? HalfLanes{} + 0.5 : HalfLanes{} - 0.5;
+  const HalfLanes k = Truncated(x * kLog2E + half);
+  const HalfLanes r = x - k * kLn2;
+  const HalfLanes series =
       1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r / 720)))));
-  return series * reinterpret_cast<DoubleLanes>((k + 1023) << 52);
+  // The last bits of this sum are the integer's.
+  const auto integer = reinterpret_cast<HalfMask>(k + 0x1.8p52);
+  return series * reinterpret_cast<HalfLanes>((integer + 1023) << 52);
 }
 
 // Where the exponential goes on as a straight line, and where it is not worth evaluating, its value
 // at the nearer end is as good as any.
-AMHEX_LANES_INLINE DoubleLanes EvaluatedExponent(const DoubleLanes& exponent) {
-  const DoubleLanes least =
-      exponent >= kNegligibleExponent ? exponent : DoubleLanes{} + kNegligibleExponent;
-  return least < kMaxExponent ? least : DoubleLanes{} + kMaxExponent;
+AMHEX_LANES_INLINE HalfLanes EvaluatedExponent(const HalfLanes& exponent) {
+  const HalfLanes least =
+      exponent >= kNegligibleExponent ? exponent : HalfLanes{} + kNegligibleExponent;
+  return least < kMaxExponent ? least : HalfLanes{} + kMaxExponent;
 }
 
-AMHEX_LANES_INLINE DoubleLanes CornerEnergy(const DoubleLanes& s, const CornerPenalty& penalty) {
-  const DoubleLanes deficit = 1 - s;
-  const DoubleLanes square = deficit * deficit;
-  const DoubleLanes exponent = penalty.steepness * (penalty.knee - s);
-  const LaneMask counts = exponent >= kNegligibleExponent;
+AMHEX_LANES_INLINE HalfLanes CornerEnergy(const HalfLanes& s, const CornerPenalty& penalty) {
+  const HalfLanes deficit = 1 - s;
+  const HalfLanes square = deficit * deficit;
+  const HalfLanes exponent = penalty.steepness * (penalty.knee - s);
+  const HalfMask counts = exponent >= kNegligibleExponent;
   if (!AnyLane(counts)) return square;
-  const DoubleLanes raised = SteadyExp(EvaluatedExponent(exponent));
-  const DoubleLanes straight = 1 + exponent - kMaxExponent;
-  const DoubleLanes steep = exponent < kMaxExponent ? raised : raised * straight;
+  const HalfLanes raised = SteadyExp(EvaluatedExponent(exponent));
+  const HalfLanes straight = 1 + exponent - kMaxExponent;
+  const HalfLanes steep = exponent < kMaxExponent ? raised : raised * straight;
   return counts ? square + steep : square;
 }
 
-AMHEX_LANES_INLINE SlopeLanes CornerSlopes(const DoubleLanes& s, const CornerPenalty& penalty) {
-  const DoubleLanes exponent = penalty.steepness * (penalty.knee - s);
-  const DoubleLanes two = DoubleLanes{} + 2;
+AMHEX_LANES_INLINE SlopeLanes CornerSlopes(const HalfLanes& s, const CornerPenalty& penalty) {
+  const HalfLanes exponent = penalty.steepness * (penalty.knee - s);
+  const HalfLanes two = HalfLanes{} + 2;
   SlopeLanes slopes{-2 * (1 - s), two};
-  const LaneMask counts = exponent >= kNegligibleExponent;
+  const HalfMask counts = exponent >= kNegligibleExponent;
   if (!AnyLane(counts)) return slopes;
-  const DoubleLanes slope = penalty.steepness * SteadyExp(EvaluatedExponent(exponent));
+  const HalfLanes slope = penalty.steepness * SteadyExp(EvaluatedExponent(exponent));
   slopes.first = counts ? slopes.first - slope : slopes.first;
   slopes.second = (counts & (exponent < kMaxExponent)) ? two + penalty.steepness * slope : two;
   return slopes;
 }
 
-AMHEX_LANES_INLINE DoubleLanes SquaredTimes(DoubleLanes x, int n) {
+AMHEX_LANES_INLINE HalfLanes SquaredTimes(HalfLanes x, int n) {
   for (int i = 0; i < n; ++i) x *= x;
   return x;
 }
-AMHEX_LANES_INLINE DoubleLanes RootedTimes(DoubleLanes x, int n) {
+AMHEX_LANES_INLINE HalfLanes RootedTimes(HalfLanes x, int n) {
   for (int i = 0; i < n; ++i) x = SquareRoot(x);
   return x;
 }

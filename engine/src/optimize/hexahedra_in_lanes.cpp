@@ -72,11 +72,11 @@ void HexahedraInLanes::Add(const PlacementView& placement, int32_t vertex, int32
 
 void HexahedraInLanes::Settle() {
   // Lanes without a cell repeat the first one's and are never looked at.
-  for (int lane = count_; lane < kLanes; ++lane) {
+  for (int lane = count_; lane < kWidth; ++lane) {
     slot_[lane] = slot_[0];
-    for (VectorLanes& corner : corner_) corner.Set(lane, corner.At(0));
+    for (Vectors& corner : corner_) corner.Set(lane, corner.At(0));
   }
-  for (int lane = 0; lane < kLanes; ++lane) {
+  for (int lane = 0; lane < kWidth; ++lane) {
     const SeenFromSlot& seen = SeenFrom(*pattern_, slot_[lane]);
     own_sign_[lane] = seen.own_sign;
     for (int o = 0; o < 3; ++o) {
@@ -88,19 +88,19 @@ void HexahedraInLanes::Settle() {
 }
 
 inline void HexahedraInLanes::SettleInLanes() {
-  std::array<VectorLanes, 12> direction;
+  std::array<Vectors, 12> direction;
   for (int e = 0; e < 12; ++e) {
     const auto& slots = pattern_->edge_slots[e];
-    const VectorLanes along = corner_[slots[1]] - corner_[slots[0]];
-    const DoubleLanes length = SquareRoot(along.Dot(along));
-    const LaneMask is_long = length > 0;
+    const Vectors along = corner_[slots[1]] - corner_[slots[0]];
+    const Numbers length = SquareRoot(along.Dot(along));
+    const HalfMask is_long = length > 0;
     direction[e] = {is_long ? along.x / length : along.x, is_long ? along.y / length : along.y,
                     is_long ? along.z / length : along.z};
   }
-  LaneMask moved_corners;
-  std::array<VectorLanes, 3> next, after;
-  DoubleLanes far_sign[3];
-  for (int lane = 0; lane < kLanes; ++lane) {
+  HalfMask moved_corners;
+  std::array<Vectors, 3> next, after;
+  Numbers far_sign[3];
+  for (int lane = 0; lane < kWidth; ++lane) {
     const SeenFromSlot& seen = SeenFrom(*pattern_, slot_[lane]);
     moved_corners[lane] = seen.moved_corners;
     for (int o = 0; o < 3; ++o) {
@@ -110,30 +110,30 @@ inline void HexahedraInLanes::SettleInLanes() {
     }
   }
   for (int o = 0; o < 3; ++o) far_normal_[o] = next[o].Cross(after[o]) * far_sign[o];
-  fixed_minimum_ = DoubleLanes{} + 1;
-  fixed_deficits_ = DoubleLanes{};
+  fixed_minimum_ = Numbers{} + 1;
+  fixed_deficits_ = Numbers{};
   for (int i = 0; i < 8; ++i) {
     const CellPattern::Corner& corner = pattern_->corner[i];
-    const DoubleLanes jacobian =
+    const Numbers jacobian =
         corner.sign * Determinant(direction[corner.edge[0]], direction[corner.edge[1]],
                                   direction[corner.edge[2]]);
-    const LaneMask is_fixed = (moved_corners >> i & 1) == 0;
+    const HalfMask is_fixed = (moved_corners >> i & 1) == 0;
     fixed_minimum_ = (is_fixed & (jacobian < fixed_minimum_)) ? jacobian : fixed_minimum_;
-    const DoubleLanes power = SquaredTimes(1 - jacobian, penalty_.sharpness);
+    const Numbers power = SquaredTimes(1 - jacobian, penalty_.sharpness);
     fixed_deficits_ = is_fixed ? fixed_deficits_ + power : fixed_deficits_;
   }
 }
 
 // Of what there is at the far ends of the own corner's edges, the i-th in the order of the pattern.
-AMHEX_LANES_INLINE DoubleLanes HexahedraInLanes::InOrder(int i, const DoubleLanes& a,
-                                                         const DoubleLanes& b,
-                                                         const DoubleLanes& c) const {
-  const DoubleLanes b_or_c = edge_in_order_[i] == 1 ? b : c;
+AMHEX_LANES_INLINE HexahedraInLanes::Numbers HexahedraInLanes::InOrder(int i, const Numbers& a,
+                                                                       const Numbers& b,
+                                                                       const Numbers& c) const {
+  const Numbers b_or_c = edge_in_order_[i] == 1 ? b : c;
   return edge_in_order_[i] == 0 ? a : b_or_c;
 }
-AMHEX_LANES_INLINE VectorLanes HexahedraInLanes::InOrder(int i, const VectorLanes& a,
-                                                         const VectorLanes& b,
-                                                         const VectorLanes& c) const {
+AMHEX_LANES_INLINE HexahedraInLanes::Vectors HexahedraInLanes::InOrder(int i, const Vectors& a,
+                                                                       const Vectors& b,
+                                                                       const Vectors& c) const {
   return {InOrder(i, a.x, b.x, c.x), InOrder(i, a.y, b.y, c.y), InOrder(i, a.z, b.z, c.z)};
 }
 
@@ -142,11 +142,11 @@ void HexahedraInLanes::Score(const Vec3d& position) {
 }
 
 inline void HexahedraInLanes::ScoreInLanes(const Vec3d& position) {
-  DoubleLanes far[3];
+  Numbers far[3];
   for (int o = 0; o < 3; ++o) {
-    const VectorLanes along = far_end_[o].From(position);
-    const DoubleLanes length = SquareRoot(along.Dot(along));
-    edge_[o].inverse_length = length > 0 ? 1 / length : DoubleLanes{};
+    const Vectors along = far_end_[o].From(position);
+    const Numbers length = SquareRoot(along.Dot(along));
+    edge_[o].inverse_length = length > 0 ? 1 / length : Numbers{};
     edge_[o].direction = along * edge_[o].inverse_length;
     far[o] = far_normal_[o].Dot(edge_[o].direction);
   }
@@ -156,9 +156,9 @@ inline void HexahedraInLanes::ScoreInLanes(const Vec3d& position) {
   minimum_ = fixed_minimum_;
   deficits_ = fixed_deficits_;
   for (int i = 0; i < kMoved; ++i) {
-    const DoubleLanes& jacobian = jacobian_[i];
+    const Numbers& jacobian = jacobian_[i];
     // As for single cells, not-a-number lowers the minimum too.
-    const DoubleLanes lower = jacobian != jacobian ? DoubleLanes{} - 1 : jacobian;
+    const Numbers lower = jacobian != jacobian ? Numbers{} - 1 : jacobian;
     minimum_ = jacobian >= minimum_ ? minimum_ : lower;
     if (penalty_.kind == EnergyKind::kMinima) {
       deficits_ += SquaredTimes(1 - jacobian, penalty_.sharpness);
@@ -176,22 +176,22 @@ double HexahedraInLanes::WorstFoldMargin(const Vec3d& position) const {
 }
 
 inline double HexahedraInLanes::MarginInLanes(const Vec3d& position) const {
-  std::array<VectorLanes, 8> corner = corner_;
-  for (int lane = 0; lane < kLanes; ++lane) corner[slot_[lane]].Set(lane, position);
-  DoubleLanes length_sum{};
+  std::array<Vectors, 8> corner = corner_;
+  for (int lane = 0; lane < kWidth; ++lane) corner[slot_[lane]].Set(lane, position);
+  Numbers length_sum{};
   for (int e = 0; e < 12; ++e) {
     const auto& slots = pattern_->edge_slots[e];
-    const VectorLanes along = corner[slots[1]] - corner[slots[0]];
+    const Vectors along = corner[slots[1]] - corner[slots[0]];
     length_sum += SquareRoot(along.Dot(along));
   }
-  const DoubleLanes mean_length = length_sum / 12.0;
-  const DoubleLanes unit = mean_length * mean_length * mean_length;
-  DoubleLanes determinant = DoubleLanes{} + kNoDeterminant;
-  GaussJacobians<VectorLanes>(corner).LowerTo(determinant);
+  const Numbers mean_length = length_sum / 12.0;
+  const Numbers unit = mean_length * mean_length * mean_length;
+  Numbers determinant = Numbers{} + kNoDeterminant;
+  GaussJacobians<Vectors>(corner).LowerTo(determinant);
   LowerToStar(*pattern_, corner, determinant);
-  const DoubleLanes margin = determinant / unit - kSmallestDeterminant;
+  const Numbers margin = determinant / unit - kSmallestDeterminant;
   double worst = 1;
-  for (int lane = 0; lane < kLanes; ++lane) {
+  for (int lane = 0; lane < kWidth; ++lane) {
     const double own = std::isfinite(margin[lane]) ? margin[lane] : -1.0;
     worst = own < worst ? own : worst;
   }
@@ -206,7 +206,8 @@ void HexahedraInLanes::Model() {
   }
 }
 
-AMHEX_LANES_INLINE CornerModel<VectorLanes> HexahedraInLanes::ModelOf(int corner) const {
+AMHEX_LANES_INLINE CornerModel<HexahedraInLanes::Vectors> HexahedraInLanes::ModelOf(
+    int corner) const {
   if (corner == 3) return {own_sign_, edge_[0], edge_[1], edge_[2]};
   const auto& [a, b, c] = edge_;
   const Edge edge{InOrder(corner, a.direction, b.direction, c.direction),
@@ -226,30 +227,30 @@ inline void HexahedraInLanes::ModelOfCorners() {
 inline void HexahedraInLanes::ModelOfMinima() {
   constexpr double kPerfect = 1e-6;
   constexpr double kNegligibleShare = 1e-30;
-  const DoubleLanes bound = RootedTimes(deficits_, penalty_.sharpness);
-  const DoubleLanes curve = ((1 << penalty_.sharpness) - 1) / bound;
+  const Numbers bound = RootedTimes(deficits_, penalty_.sharpness);
+  const Numbers curve = ((1 << penalty_.sharpness) - 1) / bound;
   ModelLanes own{};
   for (int i = 0; i < kMoved; ++i) {
-    const DoubleLanes share = (1 - jacobian_[i]) / bound;
-    const DoubleLanes power = SquaredTimes(share, penalty_.sharpness);
-    const LaneMask counts = power > kNegligibleShare;
-    const DoubleLanes slope = power / share;
+    const Numbers share = (1 - jacobian_[i]) / bound;
+    const Numbers power = SquaredTimes(share, penalty_.sharpness);
+    const HalfMask counts = power > kNegligibleShare;
+    const Numbers slope = power / share;
     ModelLanes sum = own;
     ModelOf(i).AddTo(sum, -slope, curve * (slope / share));
-    const auto keep = [&](VectorLanes& kept, const VectorLanes& with) {
+    const auto keep = [&](Vectors& kept, const Vectors& with) {
       for (int a = 0; a < 3; ++a) kept[a] = counts ? with[a] : kept[a];
     };
     keep(own.gradient, sum.gradient);
     for (int a = 0; a < 3; ++a) keep(own.hessian[a], sum.hessian[a]);
   }
-  const LaneMask is_imperfect = bound > kPerfect;
-  const auto part = [&](const VectorLanes& of) {
-    VectorLanes kept;
-    for (int a = 0; a < 3; ++a) kept[a] = is_imperfect ? of[a] : DoubleLanes{};
+  const HalfMask is_imperfect = bound > kPerfect;
+  const auto part = [&](const Vectors& of) {
+    Vectors kept;
+    for (int a = 0; a < 3; ++a) kept[a] = is_imperfect ? of[a] : Numbers{};
     return kept;
   };
   for (int a = 0; a < 3; ++a) {
-    const DoubleLanes steep = curve * own.gradient[a];
+    const Numbers steep = curve * own.gradient[a];
     model_[0].hessian[a] = part(own.hessian[a] - own.gradient * steep);
   }
   model_[0].gradient = part(own.gradient);

@@ -5,23 +5,33 @@
 namespace amhex {
 namespace {
 
-// Fewer hexahedra take as long one by one.
-constexpr int kLeastInLanes = 3;
+constexpr int kWidth = HexahedraInLanes::kWidth;
+// So few hexahedra take as long one by one.
+constexpr int kFewestInLanes = 2;
+constexpr int kMostInLanes = 2 * kWidth;
+
+// How many of `count` hexahedra are in lanes.
+int CountInLanes(int64_t count) {
+  const auto most = static_cast<int>(std::min<int64_t>(count, kMostInLanes));
+  return most % kWidth < kFewestInLanes ? most / kWidth * kWidth : most;
+}
 
 }  // namespace
 
 LaneCells::LaneCells(const PlacementView& placement, int32_t vertex, const CornerPenalty& penalty,
                      FoldWatch watch, LocalCell* room)
-    : lanes_(penalty), others_([&] {
-        const absl::InlinedVector<int32_t, 12> others = Distribute(placement, vertex, watch);
+    : others_([&] {
+        const absl::InlinedVector<int32_t, 12> others =
+            Distribute(placement, vertex, penalty, watch);
         return LocalCells(placement, vertex, penalty, watch, room,
                           {others.data(), static_cast<int64_t>(others.size())});
       }()) {
-  if (has_lanes_) lanes_.Settle();
+  for (HexahedraInLanes& group : groups_) group.Settle();
 }
 
 absl::InlinedVector<int32_t, 12> LaneCells::Distribute(const PlacementView& placement,
-                                                       int32_t vertex, FoldWatch watch) {
+                                                       int32_t vertex, const CornerPenalty& penalty,
+                                                       FoldWatch watch) {
   const ArrayView<const int32_t> cells = placement.cells_at[vertex];
   lane_of_.assign(static_cast<size_t>(cells.size), kInNoLane);
   // Cells near folding are watched one by one.
@@ -29,12 +39,14 @@ absl::InlinedVector<int32_t, 12> LaneCells::Distribute(const PlacementView& plac
     return placement.PatternOf(cell).type == PrimitiveType::kHexahedron &&
            (watch == FoldWatch::kNone || placement.near_folding[cell] == 0);
   };
-  has_lanes_ = std::count_if(cells.data, cells.data + cells.size, may_be_in_lane) >= kLeastInLanes;
+  const int in_lanes =
+      CountInLanes(std::count_if(cells.data, cells.data + cells.size, may_be_in_lane));
   absl::InlinedVector<int32_t, 12> others;
   int8_t lane = 0;
   for (int64_t k = 0; k < cells.size; ++k) {
-    if (has_lanes_ && may_be_in_lane(cells[k]) && !lanes_.IsFull()) {
-      lanes_.Add(placement, vertex, cells[k]);
+    if (lane < in_lanes && may_be_in_lane(cells[k])) {
+      if (lane % kWidth == 0) groups_.emplace_back(penalty);
+      groups_.back().Add(placement, vertex, cells[k]);
       lane_of_[static_cast<size_t>(k)] = lane++;
     } else {
       others.push_back(cells[k]);
@@ -45,38 +57,41 @@ absl::InlinedVector<int32_t, 12> LaneCells::Distribute(const PlacementView& plac
 
 // Sums are in the order of the cells at the vertex.
 LocalScore LaneCells::Score() {
-  if (!has_lanes_) return others_.Score();
+  if (groups_.empty()) return others_.Score();
   others_.RenewEdges();
-  lanes_.Score(position());
+  for (HexahedraInLanes& group : groups_) group.Score(position());
   LocalScore score;
   int64_t other = 0;
   for (const int8_t lane : lane_of_) {
     if (lane == kInNoLane) {
       others_.AddScore(other++, score);
     } else {
-      score.minimum = Smaller(lanes_.MinimumOf(lane), score.minimum);
-      lanes_.AddEnergy(lane, score.energy);
+      const HexahedraInLanes& group = GroupOf(lane);
+      score.minimum = Smaller(group.MinimumOf(lane % kWidth), score.minimum);
+      group.AddEnergy(lane % kWidth, score.energy);
     }
   }
   return score;
 }
 
 double LaneCells::WorstFoldMargin() {
-  const double others = others_.WorstFoldMargin();
-  if (!has_lanes_) return others;
-  return Smaller(lanes_.WorstFoldMargin(position()), others);
+  double worst = others_.WorstFoldMargin();
+  for (const HexahedraInLanes& group : groups_) {
+    worst = Smaller(group.WorstFoldMargin(position()), worst);
+  }
+  return worst;
 }
 
 EnergyModel LaneCells::Model() {
-  if (!has_lanes_) return others_.Model();
-  lanes_.Model();
+  if (groups_.empty()) return others_.Model();
+  for (HexahedraInLanes& group : groups_) group.Model();
   EnergyModel model;
   int64_t other = 0;
   for (const int8_t lane : lane_of_) {
     if (lane == kInNoLane) {
       others_.AddModel(other++, model);
     } else {
-      lanes_.AddModel(lane, model);
+      GroupOf(lane).AddModel(lane % kWidth, model);
     }
   }
   return model;

@@ -1,4 +1,4 @@
-// LocalCells with the same bits, hexahedra eight at a time. On the host only.
+// LocalCells with the same bits, hexahedra four at a time. On the host only.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,13 @@ class LaneCells {
   static constexpr int8_t kInNoLane = -1;
   // Decides which cells are in lanes; those that are not.
   absl::InlinedVector<int32_t, 12> Distribute(const PlacementView& placement, int32_t vertex,
-                                              FoldWatch watch);
+                                              const CornerPenalty& penalty, FoldWatch watch);
+  HexahedraInLanes& GroupOf(int8_t lane) {
+    return groups_[static_cast<size_t>(lane / HexahedraInLanes::kWidth)];
+  }
 
-  HexahedraInLanes lanes_;
-  bool has_lanes_ = false;
-  absl::InlinedVector<int8_t, 24> lane_of_;  // [cell at the vertex]
+  absl::InlinedVector<HexahedraInLanes, 2> groups_;
+  absl::InlinedVector<int8_t, 24> lane_of_;  // [cell at the vertex] of all groups
   LocalCells others_;
 };
 
