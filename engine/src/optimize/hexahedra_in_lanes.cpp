@@ -1,9 +1,7 @@
 #include "optimize/hexahedra_in_lanes.h"
 
-#include <cmath>
-
-#include "optimize/cell_measures.h"
 #include "optimize/energy_lanes.h"
+#include "optimize/fold_margin_lanes.h"
 
 namespace amhex {
 namespace {
@@ -176,25 +174,11 @@ double HexahedraInLanes::WorstFoldMargin(const Vec3d& position) const {
 }
 
 inline double HexahedraInLanes::MarginInLanes(const Vec3d& position) const {
-  std::array<Vectors, 8> corner = corner_;
+  FourCells corner = corner_;
   for (int lane = 0; lane < kWidth; ++lane) corner[slot_[lane]].Set(lane, position);
-  Numbers length_sum{};
-  for (int e = 0; e < 12; ++e) {
-    const auto& slots = pattern_->edge_slots[e];
-    const Vectors along = corner[slots[1]] - corner[slots[0]];
-    length_sum += SquareRoot(along.Dot(along));
-  }
-  const Numbers mean_length = length_sum / 12.0;
-  const Numbers unit = mean_length * mean_length * mean_length;
-  Numbers determinant = Numbers{} + kNoDeterminant;
-  GaussJacobians<Vectors>(corner).LowerTo(determinant);
-  LowerToStar(*pattern_, corner, determinant);
-  const Numbers margin = determinant / unit - kSmallestDeterminant;
+  const Numbers margin = FoldMarginsOf(*pattern_, corner);
   double worst = 1;
-  for (int lane = 0; lane < kWidth; ++lane) {
-    const double own = std::isfinite(margin[lane]) ? margin[lane] : -1.0;
-    worst = own < worst ? own : worst;
-  }
+  for (int lane = 0; lane < kWidth; ++lane) worst = margin[lane] < worst ? margin[lane] : worst;
   return worst;
 }
 

@@ -94,9 +94,9 @@ std::vector<int32_t> JointGaps::Seen() const {
 }
 
 void JointGaps::CollectMiddles() {
-  const int64_t blocks = LaneBlocks(static_cast<int64_t>(faces_.size()));
+  const size_t blocks = (faces_.size() + kHalfLanes - 1) / kHalfLanes;
   for (int a = 0; a < 3; ++a) {
-    middles_[a].assign(static_cast<size_t>(blocks * kLanes), kNowhere);
+    middles_[a].assign(blocks * kHalfLanes, kNowhere);
     for (size_t f = 0; f < faces_.size(); ++f) middles_[a][f] = faces_[f].middle[a];
   }
 }
@@ -126,23 +126,24 @@ bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
 
 // The first of the nearest ones.
 size_t JointGaps::FaceNearMiddle(const Vec3d& p) const {
-  DoubleLanes least = DoubleLanes{} + kNowhere * kNowhere;
-  LaneMask block_of_least = {};
+  HalfLanes least = HalfLanes{} + kNowhere * kNowhere;
+  HalfMask block_of_least = {};
   RunWithWidestVectors([&] {
-    for (size_t block = 0; block < middles_[0].size() / kLanes; ++block) {
+    for (size_t block = 0; block < middles_[0].size() / kHalfLanes; ++block) {
       const auto lanes_of = [&](int a) {
-        return *reinterpret_cast<const DoubleLanes*>(&middles_[a][block * kLanes]);
+        return *reinterpret_cast<const HalfLanes*>(&middles_[a][block * kHalfLanes]);
       };
-      const VectorLanes away = VectorLanes{lanes_of(0), lanes_of(1), lanes_of(2)}.From(p);
-      const DoubleLanes squared = away.Dot(away);
-      const LaneMask is_nearer = squared < least;
+      const VectorsOf<kHalfLanes> middles = {lanes_of(0), lanes_of(1), lanes_of(2)};
+      const VectorsOf<kHalfLanes> away = middles.From(p);
+      const HalfLanes squared = away.Dot(away);
+      const HalfMask is_nearer = squared < least;
       least = is_nearer ? squared : least;
-      block_of_least = is_nearer ? LaneMask{} + static_cast<int64_t>(block) : block_of_least;
+      block_of_least = is_nearer ? HalfMask{} + static_cast<int64_t>(block) : block_of_least;
     }
   });
-  const auto face_of = [&](int lane) { return block_of_least[lane] * kLanes + lane; };
+  const auto face_of = [&](int lane) { return block_of_least[lane] * kHalfLanes + lane; };
   int best = 0;
-  for (int lane = 1; lane < kLanes; ++lane) {
+  for (int lane = 1; lane < kHalfLanes; ++lane) {
     const bool is_first = least[lane] == least[best] && face_of(lane) < face_of(best);
     if (least[lane] < least[best] || is_first) best = lane;
   }

@@ -1,6 +1,9 @@
 #include "optimize/lane_cells.h"
 
 #include <algorithm>
+#include <array>
+
+#include "optimize/fold_margin_lanes.h"
 
 namespace amhex {
 namespace {
@@ -14,6 +17,23 @@ constexpr int kMostInLanes = 2 * kWidth;
 int CountInLanes(int64_t count) {
   const auto most = static_cast<int>(std::min<int64_t>(count, kMostInLanes));
   return most % kWidth < kFewestInLanes ? most / kWidth * kWidth : most;
+}
+
+// FindFoldMargins, all four at once.
+std::array<double, 4> FoldMarginsInLanes(const FourPlaces& of) {
+  std::array<double, 4> margins;
+  RunWithWidestVectors([&] {
+    FourCells corner;
+    for (int slot = 0; slot < 8; ++slot) {
+      const bool moves = (of.moving_slots >> slot & 1) != 0;
+      for (int lane = 0; lane < kWidth; ++lane) {
+        corner[slot].Set(lane, moves ? of.places[lane] : of.positions[slot]);
+      }
+    }
+    const HalfLanes found = FoldMarginsOf(of.pattern, corner);
+    for (int lane = 0; lane < kWidth; ++lane) margins[lane] = found[lane];
+  });
+  return margins;
 }
 
 }  // namespace
@@ -83,13 +103,12 @@ double LaneCells::WorstFoldMargin() {
 }
 
 EnergyModel LaneCells::Model() {
-  if (groups_.empty()) return others_.Model();
   for (HexahedraInLanes& group : groups_) group.Model();
   EnergyModel model;
   int64_t other = 0;
   for (const int8_t lane : lane_of_) {
     if (lane == kInNoLane) {
-      others_.AddModel(other++, model);
+      others_.AddModel(other++, FoldMarginsInLanes, model);
     } else {
       GroupOf(lane).AddModel(lane % kWidth, model);
     }

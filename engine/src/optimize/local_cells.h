@@ -42,6 +42,28 @@ struct LocalCell {
   std::array<MovingEdge, kMostEdges> edges;
 };
 
+// A cell with one vertex, which may have several slots, in four places.
+struct FourPlaces {
+  const CellPattern& pattern;
+  const CellPositions& positions;
+  unsigned moving_slots;
+  std::array<Vec3d, 4> places;
+};
+// What FoldMargin is with the vertex in each of them.
+struct FindFoldMargins {
+  AMHEX_HD std::array<double, 4> operator()(const FourPlaces& of) const {
+    std::array<double, 4> margins;
+    for (int i = 0; i < 4; ++i) {
+      CellPositions positions = of.positions;
+      for (int slot = 0; slot < 8; ++slot) {
+        if ((of.moving_slots >> slot & 1) != 0) positions[slot] = of.places[i];
+      }
+      margins[i] = FoldMargin(of.pattern, positions);
+    }
+    return margins;
+  }
+};
+
 class LocalCells {
  public:
   // Room for as many cells as there are at the vertex; must outlive this.
@@ -68,7 +90,9 @@ class LocalCells {
   // The same, cell by cell. Score is RenewEdges, then what every cell adds.
   AMHEX_HD void RenewEdges();
   AMHEX_HD void AddScore(int64_t k, LocalScore& score) const;
-  AMHEX_HD void AddModel(int64_t k, EnergyModel& model) const;
+  // `find_margins` as FindFoldMargins.
+  template <class FindMargins>
+  AMHEX_HD void AddModel(int64_t k, const FindMargins& find_margins, EnergyModel& model) const;
 
  private:
   AMHEX_HD void SetCell(int32_t vertex, LocalCell& cell);
@@ -96,7 +120,9 @@ class LocalCells {
   AMHEX_HD CellPositions PositionsOf(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD double MarginAt(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD void AddMinimum(const LocalCell& cell, EnergyModel& model) const;
-  AMHEX_HD void AddFold(const LocalCell& cell, EnergyModel& model) const;
+  template <class FindMargins>
+  AMHEX_HD void AddFold(const LocalCell& cell, const FindMargins& find_margins,
+                        EnergyModel& model) const;
   AMHEX_HD double MeanEdgeLength() const;
 
   const PlacementView& placement_;
@@ -318,23 +344,29 @@ AMHEX_HD inline void LocalCells::AddMinimum(const LocalCell& cell, EnergyModel& 
   model.gradient += own.gradient;
 }
 
-AMHEX_HD inline void LocalCells::AddFold(const LocalCell& cell, EnergyModel& model) const {
+template <class FindMargins>
+AMHEX_HD void LocalCells::AddFold(const LocalCell& cell, const FindMargins& find_margins,
+                                  EnergyModel& model) const {
   // Step of the forward differences in mean edge lengths.
   constexpr double kDifferenceStep = 1e-4;
   const double step = kDifferenceStep * MeanEdgeLength();
-  const double margin = MarginAt(cell, position_);
+  const CellPositions positions = PositionsOf(cell, position_);
+  FourPlaces four{placement_.PatternOf(cell.cell),
+                  positions,
+                  cell.moving_slots,
+                  {position_, position_, position_, position_}};
+  for (int a = 0; a < 3; ++a) four.places[a + 1][a] += step;
+  const std::array<double, 4> margins = find_margins(four);
   Vec3d gradient;
-  for (int a = 0; a < 3; ++a) {
-    Vec3d place = position_;
-    place[a] += step;
-    gradient[a] = (MarginAt(cell, place) - margin) / step;
-  }
-  const Slopes slopes = FoldSlopes(margin);
+  for (int a = 0; a < 3; ++a) gradient[a] = (margins[a + 1] - margins[0]) / step;
+  const Slopes slopes = FoldSlopes(margins[0]);
   model.gradient += gradient * slopes.first;
   for (int a = 0; a < 3; ++a) model.hessian[a] += gradient * (slopes.second * gradient[a]);
 }
 
-AMHEX_HD inline void LocalCells::AddModel(int64_t k, EnergyModel& model) const {
+template <class FindMargins>
+AMHEX_HD void LocalCells::AddModel(int64_t k, const FindMargins& find_margins,
+                                   EnergyModel& model) const {
   const LocalCell& cell = cells_[k];
   if (penalty_.kind == EnergyKind::kMinima) {
     AddMinimum(cell, model);
@@ -344,12 +376,12 @@ AMHEX_HD inline void LocalCells::AddModel(int64_t k, EnergyModel& model) const {
       ModelOf(cell, i).AddTo(model, slopes.first, slopes.second);
     }
   }
-  if (cell.is_near_folding) AddFold(cell, model);
+  if (cell.is_near_folding) AddFold(cell, find_margins, model);
 }
 
 AMHEX_HD inline EnergyModel LocalCells::Model() const {
   EnergyModel model;
-  for (int64_t k = 0; k < cells_.size; ++k) AddModel(k, model);
+  for (int64_t k = 0; k < cells_.size; ++k) AddModel(k, FindFoldMargins(), model);
   return model;
 }
 
