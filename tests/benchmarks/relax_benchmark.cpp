@@ -95,8 +95,9 @@ struct Diagram {
     const auto count = static_cast<int64_t>(sites.size());
     bins = std::make_unique<PointBins<CpuExecutor>>(executor, barrier.extent, 1.0f);
     const BinGrid& grid = bins->Build(ViewOf(position), count);
-    const SiteMetricBody body{grid.ids,     ViewOf(sites),     ViewOf(orientation),
-                              ViewOf(size), ViewOf(is_inside), {metric.data(), count}};
+    const SiteMetricBody body{barrier.lattice.spacing, grid.ids,     ViewOf(sites),
+                              ViewOf(orientation),     ViewOf(size), ViewOf(is_inside),
+                              {metric.data(), count}};
     for (size_t i = 0; i < sites.size(); ++i) body(static_cast<int64_t>(i));
     items = ListLabelItems(barrier, outside);
   }

@@ -220,10 +220,14 @@ inline amhex::lockstep::BlockIndex blockIdx{};
   amhex::lockstep::Shuffle(mask, value, (amhex::lockstep::the_block.current() % 32) ^ (bits), \
                            __LINE__)
 
-inline int __ffs(int bits) { return __builtin_ffs(bits); }
+#define __reduce_or_sync(mask, value) amhex::lockstep::ReduceOr(mask, value, __LINE__)
 
-inline int32_t atomicAdd(int32_t* target, int32_t value) {
-  const int32_t before = *target;
+inline int __ffs(int bits) { return __builtin_ffs(bits); }
+inline int __clz(int bits) { return bits == 0 ? 32 : __builtin_clz(static_cast<unsigned>(bits)); }
+
+template <class T>
+T atomicAdd(T* target, T value) {
+  const T before = *target;
   *target += value;
   return before;
 }
@@ -237,6 +241,15 @@ inline unsigned Ballot(unsigned mask, bool predicate, int site) {
   unsigned bits = 0;
   for (int i = 0; i < kLanesPerWarp; ++i) {
     bits |= static_cast<unsigned>(values[static_cast<size_t>(i)]) << i;
+  }
+  return bits;
+}
+
+inline unsigned ReduceOr(unsigned mask, unsigned value, int site) {
+  the_block.Require(mask);
+  unsigned bits = 0;
+  for (const auto& of_lane : the_block.Exchange(Bits(value), site)) {
+    bits |= FromBits<unsigned>(of_lane);
   }
   return bits;
 }

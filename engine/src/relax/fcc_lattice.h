@@ -37,6 +37,23 @@ AMHEX_HD constexpr int IndexInBlock(const LatticePoint& q) {
   return (q.z << 3) | (q.y << 1) | (q.x >> 1);
 }
 
+// Half the width of the cubes that just hold the points of a block and of a tile.
+inline constexpr float kBlockHalfWidth = 0.5f * (kBlockWidth - 1);
+inline constexpr float kTileHalfWidth = 0.5f * (kTileWidth - 1);
+
+// From the centre of its block to point `p`.
+AMHEX_HD constexpr Vec3f StepFromCentre(int p) {
+  const LatticePoint q = PointInBlock(p);
+  return {static_cast<float>(q.x) - kBlockHalfWidth, static_cast<float>(q.y) - kBlockHalfWidth,
+          static_cast<float>(q.z) - kBlockHalfWidth};
+}
+
+// The centre of the cube of this half width whose first corner is at `base`.
+AMHEX_HD constexpr Vec3f CentreOfCube(const LatticePoint& base, float half_width) {
+  return {static_cast<float>(base.x) + half_width, static_cast<float>(base.y) + half_width,
+          static_cast<float>(base.z) + half_width};
+}
+
 // First coordinates of block `b` within its tile.
 AMHEX_HD constexpr LatticePoint BlockInTile(int b) {
   return {kBlockWidth * (b & 1), kBlockWidth * ((b >> 1) & 1), kBlockWidth * ((b >> 2) & 1)};

@@ -35,8 +35,8 @@ struct LabelTileBody {
   // The cube of a tile's points and the search for their owners.
   struct Search {
     LatticePoint base;
-    Vec3f centre;
-    float half_width = 0;
+    Vec3f centre;          // lattice coordinates
+    float half_width = 0;  // the same
     int32_t is_inside = 0;
     float limit = 0;  // owners are nearer than this, in cell sizes
     float reach = 0;  // and within this distance of the cube in space, in their own largest size
@@ -96,14 +96,6 @@ struct LabelTileBody {
   AMHEX_HD bool WantsSecondMoments() const {
     return wants_second_moments && (cluster_count.empty() || cluster_count[0] > 0);
   }
-  AMHEX_HD Vec3f CentreOf(const LatticePoint& base, double half_width) const {
-    return ToFloat(barrier.lattice.PositionOf(base) + Vec3d{half_width, half_width, half_width});
-  }
-  // Of the cubes that just hold the points of a tile and of a block.
-  AMHEX_HD double TileHalfWidth() const { return 0.5 * (kTileWidth - 1) * barrier.lattice.spacing; }
-  AMHEX_HD double BlockHalfWidth() const {
-    return 0.5 * (kBlockWidth - 1) * barrier.lattice.spacing;
-  }
   AMHEX_HD LatticePoint BlockBase(const Search& search, int block) const {
     const LatticePoint offset = BlockInTile(block);
     return {search.base.x + offset.x, search.base.y + offset.y, search.base.z + offset.z};
@@ -112,8 +104,8 @@ struct LabelTileBody {
   AMHEX_HD Search Begin(const LabelItem& item) const {
     Search search;
     search.base = barrier.lattice.TileOrigin(item.tile);
-    search.centre = CentreOf(search.base, TileHalfWidth());
-    search.half_width = static_cast<float>(TileHalfWidth());
+    search.centre = CentreOfCube(search.base, kTileHalfWidth);
+    search.half_width = kTileHalfWidth;
     search.is_inside = item.is_inside;
     search.limit = item.is_inside != 0 ? kUnboundedReach : kOutsideReach;
     return search;
@@ -128,9 +120,10 @@ struct LabelTileBody {
 
   // How far in space a site at Chebyshev distance `bound` can be, in its largest size.
   AMHEX_HD float ReachOf(float bound) const { return kSquareRootOfThree * (bound + kCullSlack); }
-  // Half width of the cube that holds every site within reach.
+  AMHEX_HD float Spacing() const { return static_cast<float>(barrier.lattice.spacing); }
+  // Half width of the cube that holds every site within reach, edge lengths as the bins have them.
   AMHEX_HD float SearchRadius(const Search& search) const {
-    return search.half_width + search.reach * largest_size;
+    return (search.half_width + search.reach * CoveringSize(largest_size, Spacing())) * Spacing();
   }
   AMHEX_HD bool HasSeenAll(const Search& search) const {
     const int32_t longest = Larger(bins.count_x, Larger(bins.count_y, bins.count_z));
@@ -166,7 +159,7 @@ struct LabelTileBody {
   AMHEX_HD bool CollectWithin(const Search& search, LabelCandidates& candidates) const {
     bool fits = true;
     candidates.count = 0;
-    VisitSlotsNear(bins, search.centre, SearchRadius(search), [&](int64_t slot) {
+    VisitSlotsNear(bins, search.centre * Spacing(), SearchRadius(search), [&](int64_t slot) {
       if (!IsWithinReach(search, metric[slot])) return;
       if (candidates.count == kCandidateCapacity) {
         fits = false;
@@ -181,9 +174,8 @@ struct LabelTileBody {
   AMHEX_HD float BoundBlocks(Search& search, const LabelCandidates& candidates) const {
     float largest = 0;
     for (int block = 0; block < kTileBlocks; ++block) {
-      const Vec3f centre = CentreOf(BlockBase(search, block), BlockHalfWidth());
-      const float upper =
-          SmallestUpperBound(candidates, centre, static_cast<float>(BlockHalfWidth()));
+      const Vec3f centre = CentreOfCube(BlockBase(search, block), kBlockHalfWidth);
+      const float upper = SmallestUpperBound(candidates, centre, kBlockHalfWidth);
       search.block_bound[block] = Smaller(upper, search.limit);
       largest = Larger(largest, search.block_bound[block]);
     }
@@ -205,17 +197,15 @@ struct LabelTileBody {
   AMHEX_HD void LabelBlock(const Search& search, const LabelCandidates& candidates, int block,
                            uint32_t points, int32_t* block_labels) const {
     const LatticePoint base = BlockBase(search, block);
-    const Vec3f centre = CentreOf(base, BlockHalfWidth());
+    const Vec3f centre = CentreOfCube(base, kBlockHalfWidth);
     int32_t chosen[kCandidateCapacity];
-    const int chosen_count =
-        ChooseCandidates(candidates, centre, static_cast<float>(BlockHalfWidth()),
-                         search.block_bound[block] + kCullSlack, chosen);
+    const int chosen_count = ChooseCandidates(candidates, centre, kBlockHalfWidth,
+                                              search.block_bound[block] + kCullSlack, chosen);
     uint32_t owned[kCandidateCapacity];
     if (chosen_count == 1 && search.is_inside != 0) {
       owned[0] = ~0u;
     } else {
-      OwnPoints(candidates, chosen, chosen_count, base, barrier.lattice.spacing, search.limit,
-                owned);
+      OwnPoints(candidates, chosen, chosen_count, centre, search.limit, owned);
     }
     for (int i = 0; i < chosen_count; ++i) {
       Assign(candidates.id[chosen[i]], owned[i] & points, base, block_labels);
@@ -226,22 +216,21 @@ struct LabelTileBody {
   AMHEX_HD void LabelBlockByScan(const Search& search, int block, uint32_t points,
                                  int32_t* block_labels) const {
     const LatticePoint base = BlockBase(search, block);
+    const Vec3f centre = CentreOfCube(base, kBlockHalfWidth);
     for (int p = 0; p < kBlockPoints; ++p) {
       if (((points >> p) & 1u) == 0) continue;
-      const LatticePoint q = PointInBlock(p);
-      const int32_t owner = OwnerByScan(
-          search, ToFloat(barrier.lattice.PositionOf({base.x + q.x, base.y + q.y, base.z + q.z})));
+      const int32_t owner = OwnerByScan(search, centre, StepFromCentre(p));
       if (owner != kNoOwner) Assign(owner, 1u << p, base, block_labels);
     }
   }
 
-  // The nearest of all sites near the tile.
-  AMHEX_HD int32_t OwnerByScan(const Search& search, const Vec3f& position) const {
+  // The nearest of all sites near the tile to the point this far from the centre of its block.
+  AMHEX_HD int32_t OwnerByScan(const Search& search, const Vec3f& centre, const Vec3f& step) const {
     float nearest = search.limit;
     int32_t owner = kNoOwner;
-    VisitSlotsNear(bins, search.centre, SearchRadius(search), [&](int64_t slot) {
+    VisitSlotsNear(bins, search.centre * Spacing(), SearchRadius(search), [&](int64_t slot) {
       if (metric[slot].is_inside != search.is_inside) return;
-      const float distance = ChebyshevDistance(metric[slot], position);
+      const float distance = ChebyshevDistance(metric[slot], centre, step);
       const int32_t id = bins.ids[slot];
       if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
         nearest = distance;

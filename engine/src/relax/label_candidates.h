@@ -108,28 +108,29 @@ AMHEX_HD inline int ChooseCandidates(const LabelCandidates& candidates, const Ve
   return count;
 }
 
-// For the 32 points of the block at `base`: owned[i] gets the mask of the points nearer to
+// For the 32 points of the block around `centre`: owned[i] gets the mask of the points nearer to
 // candidate chosen[i] than to any other chosen one, and nearer than `limit`.
 AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t* chosen,
-                               int chosen_count, const LatticePoint& base, double spacing,
-                               float limit, uint32_t* owned) {
+                               int chosen_count, const Vec3f& centre, float limit,
+                               uint32_t* owned) {
   float x[kBlockPoints], y[kBlockPoints], z[kBlockPoints];
   float nearest[kBlockPoints];
   int32_t owner[kBlockPoints];
   uint32_t bit[kBlockPoints];
   for (int p = 0; p < kBlockPoints; ++p) {
-    const LatticePoint q = PointInBlock(p);
-    x[p] = static_cast<float>((base.x + q.x) * spacing);
-    y[p] = static_cast<float>((base.y + q.y) * spacing);
-    z[p] = static_cast<float>((base.z + q.z) * spacing);
+    const Vec3f step = StepFromCentre(p);
+    x[p] = step.x;
+    y[p] = step.y;
+    z[p] = step.z;
     nearest[p] = limit;
     owner[p] = -1;
     bit[p] = 1u << p;
   }
   for (int i = 0; i < chosen_count; ++i) {
     const SiteMetric site = candidates.At(chosen[i]);
+    const MetricComponents at_centre = ComponentsAt(site, centre);
     for (int p = 0; p < kBlockPoints; ++p) {
-      const float distance = ChebyshevDistance(site, {x[p], y[p], z[p]});
+      const float distance = DistanceOf(ComponentsBeside(at_centre, site.row, {x[p], y[p], z[p]}));
       const bool is_nearer = distance < nearest[p];
       nearest[p] = is_nearer ? distance : nearest[p];
       owner[p] = is_nearer ? i : owner[p];

@@ -10,11 +10,13 @@
 #include "relax/label_body.h"
 #include "relax/label_groups.h"
 
-// Loops of one or two rounds: unrolled copies would only crowd the instruction cache.
+// Loops of one or two rounds stay rolled: copies would only crowd the instruction cache.
 #if defined(__CUDACC__)
 #define AMHEX_ROLLED _Pragma("unroll 1")
+#define AMHEX_UNROLLED _Pragma("unroll")
 #else
 #define AMHEX_ROLLED
+#define AMHEX_UNROLLED
 #endif
 
 namespace amhex {
@@ -42,53 +44,67 @@ struct alignas(16) FourFloats {
   float a, b, c, d;
 };
 
+// Sums over at most 2048 points of coordinates below 16, two of them side by side in a word: each
+// fits into 16 bits.
+struct FirstSums {
+  uint32_t count_z = 0;  // count + (z << 16)
+  uint32_t x_y = 0;      // x + (y << 16)
+};
+inline constexpr int kHalfWord = 16;
+inline constexpr uint32_t kLowHalf = 0xffffu;
+
 // 20 words: read as five 16-byte words, neighbouring candidates lie in different banks.
 struct SharedCandidate {
-  FourFloats word[4];  // x y z row0 | row1..4 | row5..8 | reach0..2, unused
+  FourFloats word[4];  // row0..3 | row4..7 | row8 x y z | reach0..2, unused
   int32_t id;
-  int32_t unused[3];
+  FirstSums sums;
+  int32_t unused;
 
   __device__ SiteMetric Metric() const {
     const FourFloats u = word[0], v = word[1], w = word[2], r = word[3];
     SiteMetric site;
-    site.x = u.a, site.y = u.b, site.z = u.c;
-    site.row[0] = u.d, site.row[1] = v.a, site.row[2] = v.b, site.row[3] = v.c;
-    site.row[4] = v.d, site.row[5] = w.a, site.row[6] = w.b, site.row[7] = w.c;
-    site.row[8] = w.d;
+    site.row[0] = u.a, site.row[1] = u.b, site.row[2] = u.c, site.row[3] = u.d;
+    site.row[4] = v.a, site.row[5] = v.b, site.row[6] = v.c, site.row[7] = v.d;
+    site.row[8] = w.a;
+    site.x = w.b, site.y = w.c, site.z = w.d;
     site.reach[0] = r.a, site.reach[1] = r.b, site.reach[2] = r.c;
     return site;
   }
-  __device__ void Set(const SiteMetric& site) {
-    word[0] = {site.x, site.y, site.z, site.row[0]};
-    word[1] = {site.row[1], site.row[2], site.row[3], site.row[4]};
-    word[2] = {site.row[5], site.row[6], site.row[7], site.row[8]};
+  __device__ void Set(const SiteMetric& site, int32_t site_id) {
+    word[0] = {site.row[0], site.row[1], site.row[2], site.row[3]};
+    word[1] = {site.row[4], site.row[5], site.row[6], site.row[7]};
+    word[2] = {site.row[8], site.x, site.y, site.z};
     word[3] = {site.reach[0], site.reach[1], site.reach[2], 0.0f};
+    id = site_id;
+    sums = FirstSums{};
   }
 };
 
-inline constexpr int kFirstSums = 4;   // count x y z
+// How far the centre of a block is from a candidate: what the distances of its points start from.
+struct alignas(16) CentreDistance {
+  float a, b, c;
+  int32_t place;  // of the candidate
+};
+
 inline constexpr int kSecondSums = 6;  // xx yy zz xy yz zx
 
-// Sums over at most 2048 points of coordinates below 16: they fit into 32 bits.
-struct PartialSums {
-  int32_t first[kFirstSums];
-  int32_t second[kSecondSums];
+// They fit into 32 bits.
+struct SecondSums {
+  int32_t sum[kSecondSums];
 };
 
 struct GroupMemory {
   SharedCandidate candidate[kCandidateCapacity];
-  int32_t warp_list[kGroupTiles][kWarpWidth];  // places of candidates, ascending ids
-  PartialSums sums[kCandidateCapacity];
-  float axis[3][kGroupWidth];  // position of every coordinate of the group
+  CentreDistance from_centre[kGroupTiles][kWarpWidth];  // of the round, by lane
+  uint8_t warp_list[kGroupTiles][kWarpWidth];           // places of candidates, ascending ids
+  SecondSums second[kCandidateCapacity];
   alignas(16) float warp_bound[kGroupTiles];
-  // Worked out in double precision, which many chips are slow at: by one thread for all.
   LabelTileBody::Search search;
-  float cube_half_width;  // of a warp's part
-  float block_half_width;
   int32_t bin_range[kBinRangeEnds];  // first and last bin along x, y, z
   int32_t found;                     // may exceed the capacity
   int32_t is_stopped;
 };
+static_assert(kCandidateCapacity <= 256, "a place in a list has eight bits");
 
 // What one warp knows of its part of the group.
 struct WarpCube {
@@ -102,18 +118,24 @@ struct WarpCube {
   float lower[2] = {};
 };
 
-__device__ inline Vec3f CentreBetween(const GroupMemory& shared, const LatticePoint& offset,
-                                      int width) {
-  return {0.5f * (shared.axis[0][offset.x] + shared.axis[0][offset.x + width - 1]),
-          0.5f * (shared.axis[1][offset.y] + shared.axis[1][offset.y + width - 1]),
-          0.5f * (shared.axis[2][offset.z] + shared.axis[2][offset.z + width - 1])};
+// The centre of the cube of this half width that begins at an offset from the group's base.
+__device__ inline Vec3f CentreInGroup(const LatticePoint& base, const LatticePoint& offset,
+                                      float half_width) {
+  return CentreOfCube({base.x + offset.x, base.y + offset.y, base.z + offset.z}, half_width);
 }
 
+// Of `lanes` lanes, a power of two. Unrolled: to ask oneself takes less than to branch.
 __device__ inline float SmallestInGroup(float value, int lanes) {
-  for (int step = lanes / 2; step > 0; step /= 2) {
-    value = Smaller(value, __shfl_xor_sync(kWholeWarp, value, step));
+  AMHEX_UNROLLED
+  for (int step = kWarpWidth / 2; step > 0; step /= 2) {
+    value = Smaller(value, __shfl_xor_sync(kWholeWarp, value, step & (lanes - 1)));
   }
   return value;
+}
+
+// The least power of two that is not below a number from 0 to 32.
+__device__ inline int PowerNotBelow(int number) {
+  return number <= 1 ? 0 : kWarpWidth - __clz(number - 1);
 }
 
 // Lower bounds over the group above this are those of no owner, if its points turn out to have
@@ -131,7 +153,8 @@ __device__ inline void FindBinsWithinReach(const LabelTileBody& body,
   const float end = threadIdx.x % 2 == 0 ? -radius : radius;
   const int32_t count =
       axis == 0 ? body.bins.count_x : (axis == 1 ? body.bins.count_y : body.bins.count_z);
-  shared.bin_range[threadIdx.x] = body.bins.CoordinateOf(search.centre[axis] + end, count);
+  shared.bin_range[threadIdx.x] =
+      body.bins.CoordinateOf(search.centre[axis] * body.Spacing() + end, count);
 }
 
 // Eight lanes per row of bins within reach; returns nothing that depends on the order of finding.
@@ -156,9 +179,7 @@ __device__ inline void CollectTogether(const LabelTileBody& body,
       if (BoundsOverCube(site, search.centre, search.half_width).lower > limit) continue;
       const int32_t place = atomicAdd(&shared.found, 1);
       if (place >= kCandidateCapacity) continue;
-      SharedCandidate& candidate = shared.candidate[place];
-      candidate.Set(site);
-      candidate.id = body.bins.ids[slot];
+      shared.candidate[place].Set(site, body.bins.ids[slot]);
     }
   }
 }
@@ -199,7 +220,7 @@ inline constexpr float kTypicalGrowth = 1.3f;
 __device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::Search& search,
                                      WarpCube& cube, GroupMemory& shared) {
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
-  search.reach = body.ReachOf(kTypicalDistance + kTypicalGrowth * shared.cube_half_width);
+  search.reach = body.ReachOf(kTypicalDistance + kTypicalGrowth * cube.half_width * body.Spacing());
   while (true) {
     __syncthreads();
     if (threadIdx.x == 0) shared.found = 0;
@@ -223,12 +244,16 @@ __device__ inline int GatherTogether(const LabelTileBody& body, LabelTileBody::S
   }
 }
 
+// How many lanes are asked between two branches.
+inline constexpr int kRankStep = 4;
+inline constexpr int32_t kBeyondAllIds = INT32_MAX;
+
 // Lists what may own a point of the warp's cube, by id. Returns how many, or -1 if they are more
 // than lanes.
 __device__ inline int ListForWarp(GroupMemory& shared, int count, const WarpCube& cube) {
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
-  int32_t* list = shared.warp_list[warp];
+  uint8_t* list = shared.warp_list[warp];
   const unsigned below = (1u << lane) - 1u;
   int listed = 0;
   AMHEX_ROLLED
@@ -239,14 +264,18 @@ __device__ inline int ListForWarp(GroupMemory& shared, int count, const WarpCube
     const int place = listed + CountBits(near & below);
     listed += CountBits(near);
     if (listed > kWarpWidth) return -1;
-    if (is_near) list[place] = k;
+    if (is_near) list[place] = static_cast<uint8_t>(k);
   }
   __syncwarp();
-  const int32_t own = lane < listed ? list[lane] : 0;
-  const int32_t own_id = shared.candidate[own].id;
+  const uint8_t own = lane < listed ? list[lane] : uint8_t{0};
+  const int32_t own_id = lane < listed ? shared.candidate[own].id : kBeyondAllIds;
   int rank = 0;
-  for (int other = 0; other < listed; ++other) {
-    rank += __shfl_sync(kWholeWarp, own_id, other) < own_id ? 1 : 0;
+  AMHEX_ROLLED
+  for (int first = 0; first < listed; first += kRankStep) {
+    AMHEX_UNROLLED
+    for (int i = 0; i < kRankStep; ++i) {
+      rank += __shfl_sync(kWholeWarp, own_id, first + i) < own_id ? 1 : 0;
+    }
   }
   __syncwarp();
   if (lane < listed) list[rank] = own;

@@ -12,65 +12,71 @@
 
 namespace amhex {
 
-// The lane's point in the block at an offset from the group's base.
-struct LanePoint {
-  const float* x;
-  const float* y;
-  const float* z;
+// Tells every lane the value of those that speak, which all have the same. Of what lanes reduce
+// together the compiler knows that it is the same everywhere, and does not check before the votes
+// that follow whether all lanes have come.
+__device__ inline unsigned ToldByOne(unsigned value, bool is_speaking) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+  const unsigned speaking = __ballot_sync(kWholeWarp, is_speaking);
+  return __shfl_sync(kWholeWarp, value, __ffs(static_cast<int>(speaking)) - 1);
+#else
+  return __reduce_or_sync(kWholeWarp, is_speaking ? value : 0u);
+#endif
+}
 
-  __device__ explicit LanePoint(const GroupMemory& shared) {
-    const LatticePoint q = PointInBlock(static_cast<int>(threadIdx.x) % kWarpWidth);
-    x = shared.axis[0] + q.x, y = shared.axis[1] + q.y, z = shared.axis[2] + q.z;
-  }
-  __device__ Vec3f At(const LatticePoint& offset) const {
-    return {x[offset.x], y[offset.y], z[offset.z]};
-  }
-};
-
-// Which points of the block belong to which of the list's candidates in `near`: every lane returns
-// those of candidate `number`.
+// Which points of a block belong to which candidate: every lane of `near`, which each stand for a
+// candidate and this block, returns its own. `step` leads from the block's centre to the point that
+// the lane looks at.
 __device__ inline unsigned OwnPointsTogether(const GroupMemory& shared, unsigned near,
-                                             const Vec3f& position, float limit, int number) {
-  const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
+                                             const Vec3f& step, float limit) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+  const CentreDistance* from_centre = shared.from_centre[threadIdx.x / kWarpWidth];
   float nearest = limit;
   unsigned own = 0;
   AMHEX_ROLLED
   for (unsigned left = near; left != 0; left &= left - 1) {
-    const int k = __ffs(static_cast<int>(left)) - 1;
-    const float distance = ChebyshevDistance(shared.candidate[list[k]].Metric(), position);
+    const int other = __ffs(static_cast<int>(left)) - 1;
+    const CentreDistance centre = from_centre[other];
+    const SiteMetric site = shared.candidate[centre.place].Metric();
+    const float distance =
+        DistanceOf(ComponentsBeside({centre.a, centre.b, centre.c}, site.row, step));
     // Ids ascend: the first of equal distances stays.
     const unsigned taken = __ballot_sync(kWholeWarp, distance < nearest);
     nearest = Smaller(nearest, distance);
-    own = number == k ? taken : own & ~taken;
+    own = lane == other ? taken : own & ~taken;
   }
   return own;
 }
 
-// What a lane adds up for its candidate, relative to the group's base: at most 2048 points with
-// coordinates below 16.
-struct LaneSums {
-  int32_t count = 0, x = 0, y = 0, z = 0;
+// What one point at an offset from the group's base adds.
+__device__ inline FirstSums SumsOfPoint(const LatticePoint& at) {
+  return {1u + (static_cast<uint32_t>(at.z) << kHalfWord),
+          static_cast<uint32_t>(at.x) + (static_cast<uint32_t>(at.y) << kHalfWord)};
+}
 
-  __device__ void Add(unsigned owned, const LatticePoint& offset) {
-    const int32_t n = CountBits(owned);
-    count += n;
-    x += n * offset.x + SumOfCoordinate(owned, kXLow, kXHigh);
-    y += n * offset.y + SumOfCoordinate(owned, kYLow, kYHigh);
-    z += n * offset.z + SumOfCoordinate(owned, kZLow, kZHigh);
+// What a lane adds up for its candidate, relative to the group's base.
+struct LaneSums : FirstSums {
+  // The owned points of a block with this first point.
+  __device__ void Add(unsigned owned, const FirstSums& first) {
+    const auto n = static_cast<uint32_t>(CountBits(owned));
+    const auto in_block = [owned](uint32_t low, uint32_t high) {
+      return static_cast<uint32_t>(SumOfCoordinate(owned, low, high));
+    };
+    count_z += n * first.count_z + (in_block(kZLow, kZHigh) << kHalfWord);
+    x_y += n * first.x_y + in_block(kXLow, kXHigh) + (in_block(kYLow, kYHigh) << kHalfWord);
   }
 };
 
 // Second moments are rare enough to go to shared memory at once and leave the registers alone.
-__device__ inline void AddSecondSums(unsigned owned, const LatticePoint& offset,
-                                     PartialSums& sums) {
+__device__ inline void AddSecondSums(unsigned owned, const LatticePoint& offset, SecondSums& sums) {
   if (owned == 0) return;
   const CellMoments m = SecondMomentsOf(owned, offset);
-  atomicAdd(&sums.second[0], static_cast<int32_t>(m.xx));
-  atomicAdd(&sums.second[1], static_cast<int32_t>(m.yy));
-  atomicAdd(&sums.second[2], static_cast<int32_t>(m.zz));
-  atomicAdd(&sums.second[3], static_cast<int32_t>(m.xy));
-  atomicAdd(&sums.second[4], static_cast<int32_t>(m.yz));
-  atomicAdd(&sums.second[5], static_cast<int32_t>(m.zx));
+  atomicAdd(&sums.sum[0], static_cast<int32_t>(m.xx));
+  atomicAdd(&sums.sum[1], static_cast<int32_t>(m.yy));
+  atomicAdd(&sums.sum[2], static_cast<int32_t>(m.zz));
+  atomicAdd(&sums.sum[3], static_cast<int32_t>(m.xy));
+  atomicAdd(&sums.sum[4], static_cast<int32_t>(m.yz));
+  atomicAdd(&sums.sum[5], static_cast<int32_t>(m.zx));
 }
 
 __device__ inline void StoreLabel(const LabelTileBody& body, const WarpCube& cube, int block,
@@ -81,13 +87,21 @@ __device__ inline void StoreLabel(const LabelTileBody& body, const WarpCube& cub
   body.labels[first + static_cast<int>(threadIdx.x) % kWarpWidth] = site;
 }
 
-// One round of LabelWithList: a lane stands for one block and one candidate of the list, lane =
+// In a round of LabelWithList a lane stands for one block and one candidate of the list, lane =
 // (block in the round << shift) + candidate.
-struct LaneInRound {
-  LatticePoint at;           // of the lane's block, from the group's base
-  unsigned points = 0;       // of the lane's block; 0 where there is none
-  unsigned near = 0;         // which candidates may own points of it
-  unsigned near_of_all = 0;  // the same for every lane: bit = lane
+struct LaneRole {
+  int shift;
+  int candidate;    // of the list
+  int first;        // lane of the same block
+  unsigned beside;  // all lanes of the same block
+
+  __device__ explicit LaneRole(int listed) : shift(PowerNotBelow(listed)) {
+    const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
+    const int lanes = 1 << shift;
+    candidate = lane & (lanes - 1);
+    first = lane - candidate;
+    beside = kWholeWarp >> (kWarpWidth - lanes) << first;
+  }
 };
 
 __device__ inline LatticePoint BlockInGroup(const WarpCube& cube, int block) {
@@ -95,37 +109,50 @@ __device__ inline LatticePoint BlockInGroup(const WarpCube& cube, int block) {
   return {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y, cube.offset.z + in_cube.z};
 }
 
-__device__ inline unsigned WidthMask(int shift) {
-  return kWholeWarp >> (kWarpWidth - (1 << shift));
+// The same added up: what one point adds, given what one at the first point of the cube does.
+__device__ inline FirstSums SumsOfBlock(const FirstSums& of_cube, int block) {
+  const auto bits = static_cast<uint32_t>(block);
+  static_assert(kBlockWidth == 4, "bits of the block become coordinates");
+  return {of_cube.count_z + ((bits & 4u) << kHalfWord),
+          of_cube.x_y + ((bits & 1u) << 2) + ((bits & 2u) << (kHalfWord + 1))};
 }
 
-// Bounds the candidates over the blocks from `first` on.
+// The centre of a block, whole numbers and halves: exact.
 template <int kWarpBlocks>
-__device__ inline LaneInRound BoundRound(const GroupMemory& shared, const WarpCube& cube,
-                                         const SiteMetric& site, bool is_listed, float limit,
-                                         int first, int shift) {
+__device__ inline Vec3f CentreOfBlock(const WarpCube& cube, int block) {
+  constexpr float kStep = kWarpBlocks == 1 ? 0.0f : 0.5f * kBlockWidth;
+  return {cube.centre.x + ((block & 1) != 0 ? kStep : -kStep),
+          cube.centre.y + ((block & 2) != 0 ? kStep : -kStep),
+          cube.centre.z + ((block & 4) != 0 ? kStep : -kStep)};
+}
+
+// Bounds the candidate of the lane over its block, and leaves how far the block's centre is from it
+// in `from_centre`. Returns which lanes of the same block have candidates that may own its points.
+template <int kWarpBlocks>
+__device__ inline unsigned BoundRound(GroupMemory& shared, const WarpCube& cube,
+                                      const SiteMetric& site, int32_t place, const LaneRole& role,
+                                      bool is_listed, float limit, int block) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
-  const int block = first + (lane >> shift);
-  const bool is_block = block < kWarpBlocks;
-  LaneInRound round;
-  round.at = BlockInGroup(cube, is_block ? block : 0);
-  bool is_near = is_listed && is_block;
+  const MetricComponents at = ComponentsAt(site, CentreOfBlock<kWarpBlocks>(cube, block));
+  bool is_near = is_listed && block < kWarpBlocks;
   if (kWarpBlocks > 1) {
-    const DistanceBounds bounds =
-        BoundsOverCube(site, CentreBetween(shared, round.at, kBlockWidth), shared.block_half_width);
-    const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, 1 << shift);
+    const DistanceBounds bounds = BoundsAround(at, site.reach, kBlockHalfWidth);
+    const float upper = SmallestInGroup(is_near ? bounds.upper : kUnboundedReach, 1 << role.shift);
     is_near = is_near && bounds.lower <= Smaller(upper, limit) + kCullSlack;
   }
-  round.near_of_all = __ballot_sync(kWholeWarp, is_near);
-  round.near = (round.near_of_all >> (lane >> shift << shift)) & WidthMask(shift);
-  return round;
+  const unsigned near = __ballot_sync(kWholeWarp, is_near) & role.beside;
+  // Not before all lanes have read those of the round before, nor read before all are there.
+  __syncwarp();
+  shared.from_centre[threadIdx.x / kWarpWidth][lane] = {at.a, at.b, at.c, place};
+  __syncwarp();
+  return near;
 }
 
 // Writes the labels of a block; `owned` as of OwnPointsTogether.
 __device__ inline void StoreLabels(const LabelTileBody& body, const WarpCube& cube,
                                    const GroupMemory& shared, int block, unsigned owned) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
-  const int32_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
+  const uint8_t* list = shared.warp_list[threadIdx.x / kWarpWidth];
   int32_t owner = kNoOwner;
   AMHEX_ROLLED
   for (int k = 0; k < kWarpWidth; ++k) {
@@ -144,58 +171,58 @@ __device__ inline void LabelWithList(const LabelTileBody& body, const LabelTileB
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const LabelItem item = body.items[cube.item];
   const bool wants_second = body.WantsSecondMoments();
-  int shift = 0;
-  while ((1 << shift) < listed) ++shift;
-  const int blocks = Smaller(kWarpBlocks, kWarpWidth >> shift);
-  const int own = lane & ((1 << shift) - 1);
-  const int32_t place = own < listed ? shared.warp_list[warp][own] : 0;
+  const LaneRole role(listed);
+  const int blocks = Smaller(kWarpBlocks, kWarpWidth >> role.shift);
+  const bool is_listed = role.candidate < listed;
+  const int32_t place = is_listed ? shared.warp_list[warp][role.candidate] : 0;
   const SiteMetric site = shared.candidate[place].Metric();
-  const LanePoint point(shared);
+  const Vec3f step = StepFromCentre(lane);
+  const FirstSums of_cube = SumsOfPoint(cube.offset);
   LaneSums sums;
   AMHEX_ROLLED
   for (int first = 0; first < kWarpBlocks; first += blocks) {
-    LaneInRound round =
-        BoundRound<kWarpBlocks>(shared, cube, site, own < listed, search.limit, first, shift);
-    const int own_block = first + (lane >> shift);
-    if (own_block < kWarpBlocks) round.points = body.PointsOf(item, cube.first_block + own_block);
-    const bool is_alone = (round.near & (round.near - 1u)) == 0 && search.is_inside != 0;
-    unsigned owned = is_alone && (round.near >> own) == 1u ? kWholeWarp : 0u;
-    unsigned left = __ballot_sync(kWholeWarp, own == 0 && !is_alone && round.points != 0);
+    const int block = first + (lane >> role.shift);
+    const unsigned near =
+        BoundRound<kWarpBlocks>(shared, cube, site, place, role, is_listed, search.limit, block);
+    const unsigned points = block < kWarpBlocks ? body.PointsOf(item, cube.first_block + block) : 0;
+    const bool is_alone = (near & (near - 1u)) == 0 && search.is_inside != 0;
+    unsigned owned = is_alone && near == 1u << lane ? kWholeWarp : 0u;
+    unsigned left = __ballot_sync(kWholeWarp, role.candidate == 0 && !is_alone && points != 0);
     AMHEX_ROLLED
     for (; left != 0; left &= left - 1) {
       const int speaker = __ffs(static_cast<int>(left)) - 1;
-      const unsigned near = (round.near_of_all >> speaker) & WidthMask(shift);
-      const LatticePoint at = BlockInGroup(cube, first + (speaker >> shift));
-      const unsigned owned_there =
-          OwnPointsTogether(shared, near, point.At(at), search.limit, lane - speaker);
-      if (((lane ^ speaker) >> shift) == 0) owned = owned_there;
+      const unsigned near_there = ToldByOne(near, role.first == speaker);
+      const unsigned owned_there = OwnPointsTogether(shared, near_there, step, search.limit);
+      if (role.first == speaker) owned = owned_there;
     }
-    owned &= round.points;
-    sums.Add(owned, round.at);
-    if (wants_second) AddSecondSums(owned, round.at, shared.sums[place]);
+    owned &= points;
+    sums.Add(owned, SumsOfBlock(of_cube, block));
+    if (wants_second) {
+      AddSecondSums(owned, BlockInGroup(cube, block % kTileBlocks), shared.second[place]);
+    }
     if (body.labels.empty()) continue;
     AMHEX_ROLLED
     for (int i = 0; i < blocks; ++i) {
-      const unsigned of_block = __shfl_sync(kWholeWarp, owned, ((i << shift) + lane) % kWarpWidth);
-      StoreLabels(body, cube, shared, cube.first_block + first + i, lane == own ? of_block : 0u);
+      const unsigned of_block =
+          __shfl_sync(kWholeWarp, owned, ((i << role.shift) + lane) % kWarpWidth);
+      StoreLabels(body, cube, shared, cube.first_block + first + i,
+                  lane == role.candidate ? of_block : 0u);
     }
   }
-  if (sums.count == 0) return;
-  int32_t* group_sums = shared.sums[place].first;
-  atomicAdd(&group_sums[0], sums.count);
-  atomicAdd(&group_sums[1], sums.x);
-  atomicAdd(&group_sums[2], sums.y);
-  atomicAdd(&group_sums[3], sums.z);
+  if (sums.count_z == 0) return;
+  FirstSums& of_group = shared.candidate[place].sums;
+  atomicAdd(&of_group.count_z, sums.count_z);
+  atomicAdd(&of_group.x_y, sums.x_y);
 }
 
 // The owner of the lane's point among all of the group's candidates.
-__device__ inline int32_t OwnerAmongAll(const GroupMemory& shared, int count, const Vec3f& position,
-                                        float limit) {
+__device__ inline int32_t OwnerAmongAll(const GroupMemory& shared, int count, const Vec3f& centre,
+                                        const Vec3f& step, float limit) {
   float nearest = limit;
   int32_t owner = kNoOwner;
   AMHEX_ROLLED
   for (int k = 0; k < count; ++k) {
-    const float distance = ChebyshevDistance(shared.candidate[k].Metric(), position);
+    const float distance = ChebyshevDistance(shared.candidate[k].Metric(), centre, step);
     const int32_t id = shared.candidate[k].id;
     if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
       nearest = distance;
@@ -213,15 +240,16 @@ __device__ inline void LabelWithoutList(const LabelTileBody& body,
                                         int count, const GroupMemory& shared) {
   const int lane = static_cast<int>(threadIdx.x) % kWarpWidth;
   const LabelItem item = body.items[cube.item];
+  const Vec3f step = StepFromCentre(lane);
   AMHEX_ROLLED
   for (int i = 0; i < kWarpBlocks; ++i) {
     const LatticePoint in_cube = BlockInTile(i);
     const LatticePoint at = {cube.offset.x + in_cube.x, cube.offset.y + in_cube.y,
                              cube.offset.z + in_cube.z};
     const unsigned points = body.PointsOf(item, cube.first_block + i);
-    const Vec3f position = LanePoint(shared).At(at);
-    int32_t owner = count >= 0 ? OwnerAmongAll(shared, count, position, search.limit)
-                               : body.OwnerByScan(search, position);
+    const Vec3f centre = CentreOfBlock<kWarpBlocks>(cube, i);
+    int32_t owner = count >= 0 ? OwnerAmongAll(shared, count, centre, step, search.limit)
+                               : body.OwnerByScan(search, centre, step);
     if (((points >> lane) & 1u) == 0) owner = kNoOwner;
     StoreLabel(body, cube, cube.first_block + i, owner);
     const LatticePoint base = {search.base.x + at.x, search.base.y + at.y, search.base.z + at.z};
@@ -244,29 +272,31 @@ __device__ inline void FlushSums(const LabelTileBody& body, const LatticePoint& 
                                  const GroupMemory& shared) {
   AMHEX_ROLLED
   for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
-    const PartialSums& sums = shared.sums[k];
-    const int64_t n = sums.first[0];
+    const FirstSums& sums = shared.candidate[k].sums;
+    const int64_t n = sums.count_z & kLowHalf;
     if (n == 0) continue;
     CellMoments& cell = body.moments[shared.candidate[k].id];
-    const int64_t x = sums.first[1], y = sums.first[2], z = sums.first[3];
+    const int64_t x = sums.x_y & kLowHalf, y = sums.x_y >> kHalfWord, z = sums.count_z >> kHalfWord;
     AtomicAdd(&cell.count, n);
     AtomicAdd(&cell.x, n * base.x + x);
     AtomicAdd(&cell.y, n * base.y + y);
     AtomicAdd(&cell.z, n * base.z + z);
     if (!body.WantsSecondMoments()) continue;
-    AtomicAdd(&cell.xx, ShiftedProduct(n, base.x, x, base.x, x, sums.second[0]));
-    AtomicAdd(&cell.yy, ShiftedProduct(n, base.y, y, base.y, y, sums.second[1]));
-    AtomicAdd(&cell.zz, ShiftedProduct(n, base.z, z, base.z, z, sums.second[2]));
-    AtomicAdd(&cell.xy, ShiftedProduct(n, base.x, x, base.y, y, sums.second[3]));
-    AtomicAdd(&cell.yz, ShiftedProduct(n, base.y, y, base.z, z, sums.second[4]));
-    AtomicAdd(&cell.zx, ShiftedProduct(n, base.z, z, base.x, x, sums.second[5]));
+    const int32_t* second = shared.second[k].sum;
+    AtomicAdd(&cell.xx, ShiftedProduct(n, base.x, x, base.x, x, second[0]));
+    AtomicAdd(&cell.yy, ShiftedProduct(n, base.y, y, base.y, y, second[1]));
+    AtomicAdd(&cell.zz, ShiftedProduct(n, base.z, z, base.z, z, second[2]));
+    AtomicAdd(&cell.xy, ShiftedProduct(n, base.x, x, base.y, y, second[3]));
+    AtomicAdd(&cell.yz, ShiftedProduct(n, base.y, y, base.z, z, second[4]));
+    AtomicAdd(&cell.zx, ShiftedProduct(n, base.z, z, base.x, x, second[5]));
   }
 }
 
 // The cube of one warp: an octant of the group, or of its only tile.
 template <int kWarpBlocks>
-__device__ inline WarpCube CubeOfWarp(const LabelGroup& group, const GroupMemory& shared) {
+__device__ inline WarpCube CubeOfWarp(const LabelGroup& group) {
   constexpr int kCubeWidth = kWarpBlocks == 1 ? kBlockWidth : kTileWidth;
+  constexpr float kHalfWidth = kWarpBlocks == 1 ? kBlockHalfWidth : kTileHalfWidth;
   const int warp = static_cast<int>(threadIdx.x) / kWarpWidth;
   WarpCube cube;
   const LatticePoint octant = BlockInTile(warp);
@@ -274,20 +304,18 @@ __device__ inline WarpCube CubeOfWarp(const LabelGroup& group, const GroupMemory
   cube.offset = {octant.x * kScale, octant.y * kScale, octant.z * kScale};
   cube.item = group.item[kWarpBlocks == 1 ? 0 : warp];
   cube.first_block = kWarpBlocks == 1 ? warp : 0;
-  cube.centre = CentreBetween(shared, cube.offset, kCubeWidth);
-  cube.half_width = shared.cube_half_width;
+  cube.centre = CentreInGroup(group.base, cube.offset, kHalfWidth);
+  cube.half_width = kHalfWidth;
   return cube;
 }
 
 template <int kWarpBlocks>
-__device__ inline LabelTileBody::Search SearchOf(const LabelTileBody& body,
-                                                 const LabelGroup& group) {
+__device__ inline LabelTileBody::Search SearchOf(const LabelGroup& group) {
   constexpr int kWidth = kWarpBlocks == 1 ? kTileWidth : kGroupWidth;
-  const double half_width = 0.5 * (kWidth - 1) * body.barrier.lattice.spacing;
   LabelTileBody::Search search;
   search.base = group.base;
-  search.centre = body.CentreOf(group.base, half_width);
-  search.half_width = static_cast<float>(half_width);
+  search.half_width = 0.5f * (kWidth - 1);
+  search.centre = CentreOfCube(group.base, search.half_width);
   search.is_inside = group.is_inside;
   search.limit = group.is_inside != 0 ? kUnboundedReach : kOutsideReach;
   return search;
@@ -300,28 +328,21 @@ __global__ void __launch_bounds__(kGroupThreads, kBlocksPerMultiprocessor)
                       const int32_t* stop_flag) {
   __shared__ GroupMemory shared;
   const LabelGroup& group = groups[blockIdx.x];
-  if (threadIdx.x < 3 * kGroupWidth) {
-    const int axis = static_cast<int>(threadIdx.x) / kGroupWidth;
-    const int i = static_cast<int>(threadIdx.x) % kGroupWidth;
-    const int32_t first = axis == 0 ? group.base.x : (axis == 1 ? group.base.y : group.base.z);
-    shared.axis[axis][i] = static_cast<float>((first + i) * body.barrier.lattice.spacing);
-  }
   // One thread reads, so that all of the block stay or leave.
   if (threadIdx.x == 0) {
     shared.is_stopped = *static_cast<const volatile int32_t*>(stop_flag);
-    shared.search = SearchOf<kWarpBlocks>(body, group);
-    shared.block_half_width = static_cast<float>(body.BlockHalfWidth());
-    shared.cube_half_width =
-        kWarpBlocks == 1 ? shared.block_half_width : static_cast<float>(body.TileHalfWidth());
+    shared.search = SearchOf<kWarpBlocks>(group);
   }
   __syncthreads();
   if (shared.is_stopped != 0) return;
   LabelTileBody::Search search = shared.search;
-  WarpCube cube = CubeOfWarp<kWarpBlocks>(group, shared);
+  WarpCube cube = CubeOfWarp<kWarpBlocks>(group);
   const int count = GatherTogether(body, search, cube, shared);
-  AMHEX_ROLLED
-  for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
-    shared.sums[k] = PartialSums{};
+  if (body.WantsSecondMoments()) {
+    AMHEX_ROLLED
+    for (int k = static_cast<int>(threadIdx.x); k < count; k += kGroupThreads) {
+      shared.second[k] = SecondSums{};
+    }
   }
   __syncthreads();
   if (cube.item != kNoItem) {

@@ -237,7 +237,8 @@ class Relaxation {
   // Section 4.1; the bins must be those of the current positions.
   void Label(SecondMoments second_moments) {
     ForEachSite("compute site metrics",
-                SiteMetricBody{site_bins_.grid().ids, ReadOnly(arrays_.position.View()),
+                SiteMetricBody{barrier_.lattice.spacing, site_bins_.grid().ids,
+                               ReadOnly(arrays_.position.View()),
                                ReadOnly(arrays_.orientation.View()), ReadOnly(arrays_.size.View()),
                                ReadOnly(arrays_.is_inside.View()), arrays_.metric.View()});
     ForEachSite("clear cell moments", ClearMomentsBody{arrays_.moments.View()});

@@ -15,59 +15,100 @@ inline constexpr float kOutsideReach = 0.5f;
 inline constexpr float kUnboundedReach = 3e38f;
 
 // Distances are measured in the site's own cell size: 0.5 on the faces of its cube. With all sizes
-// 1 this is the paper's L-infinity norm in the site's frame.
+// 1 this is the paper's L-infinity norm in the site's frame. Lengths are in lattice coordinates, so
+// that the lattice's points are whole numbers.
 // Aligned so that a device reads it in words of 16 bytes.
 struct alignas(16) SiteMetric {
-  float x = 0, y = 0, z = 0;  // edge lengths, domain frame
-  float row[9] = {};          // axis a divided by the size along it: row[3 * a + component]
+  float row[9] = {};          // axis a by the size along it: row[3 * a + component]; see RowNumber
+  float x = 0, y = 0, z = 0;  // lattice coordinates
   float reach[3] = {};        // L1 norm of each row: its growth per unit step along all world axes
-  float size = 1;             // largest of the cell along its axes, edge lengths
+  float size = 1;             // no less than the largest of the cell along its axes
   int32_t is_inside = 0;
 };
 
-// The three components of the distance before the maximum is taken.
+// Rows keep 16 bits, so that their products with the few halves between a point and a site that
+// lies on the lattice are exact: points in the middle between two cells of an aligned grid are
+// equally far from both then, and go to the first. It turns a distance by 1 part in 65,000.
+inline constexpr uint32_t kDroppedRowBits = 8;
+inline constexpr float kRowRounding = 1.0f / 65536.0f;
+
+AMHEX_HD inline float RowNumber(float value) {
+  constexpr float kSplit = static_cast<float>((1u << kDroppedRowBits) + 1u);
+  const float scaled = kSplit * value;
+  return scaled - (scaled - value);
+}
+
+// The three components of the distance from a site, with their signs.
 struct MetricComponents {
   float a = 0, b = 0, c = 0;
 };
 
-AMHEX_HD inline MetricComponents ComponentsOf(const SiteMetric& site, const Vec3f& p) {
+// At a point; of a block's points, at its centre.
+AMHEX_HD inline MetricComponents ComponentsAt(const SiteMetric& site, const Vec3f& p) {
   const float x = p.x - site.x;
   const float y = p.y - site.y;
   const float z = p.z - site.z;
   const float* r = site.row;
-  return {AbsoluteValue(FusedMultiplyAdd(r[0], x, FusedMultiplyAdd(r[1], y, r[2] * z))),
-          AbsoluteValue(FusedMultiplyAdd(r[3], x, FusedMultiplyAdd(r[4], y, r[5] * z))),
-          AbsoluteValue(FusedMultiplyAdd(r[6], x, FusedMultiplyAdd(r[7], y, r[8] * z)))};
+  return {FusedMultiplyAdd(r[0], x, FusedMultiplyAdd(r[1], y, r[2] * z)),
+          FusedMultiplyAdd(r[3], x, FusedMultiplyAdd(r[4], y, r[5] * z)),
+          FusedMultiplyAdd(r[6], x, FusedMultiplyAdd(r[7], y, r[8] * z))};
 }
 
-// The L-infinity distance from `site` to `p`, in cell sizes.
-AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& p) {
-  const MetricComponents d = ComponentsOf(site, p);
-  return Larger(Larger(d.a, d.b), d.c);
+// One step further on.
+AMHEX_HD inline MetricComponents ComponentsBeside(const MetricComponents& at, const float (&r)[9],
+                                                  const Vec3f& step) {
+  return {FusedMultiplyAdd(r[0], step.x,
+                           FusedMultiplyAdd(r[1], step.y, FusedMultiplyAdd(r[2], step.z, at.a))),
+          FusedMultiplyAdd(r[3], step.x,
+                           FusedMultiplyAdd(r[4], step.y, FusedMultiplyAdd(r[5], step.z, at.b))),
+          FusedMultiplyAdd(r[6], step.x,
+                           FusedMultiplyAdd(r[7], step.y, FusedMultiplyAdd(r[8], step.z, at.c)))};
 }
 
-// Lower and upper bound of a site's distance over the cube around `centre`: each component grows
-// by at most half_width * reach.
+// The L-infinity distance, in cell sizes.
+AMHEX_HD inline float DistanceOf(const MetricComponents& d) {
+  return Larger(Larger(AbsoluteValue(d.a), AbsoluteValue(d.b)), AbsoluteValue(d.c));
+}
+
+// The distance of a block's point from a site: that of the block's centre and the step from there.
+// All labelling goes this way, as another would round differently.
+AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& centre,
+                                        const Vec3f& step) {
+  return DistanceOf(ComponentsBeside(ComponentsAt(site, centre), site.row, step));
+}
+
+// Lower and upper bound of a site's distance over the cube around the point with these components:
+// each grows by at most half_width * reach.
 struct DistanceBounds {
   float lower = 0;
   float upper = 0;
 };
 
+AMHEX_HD inline DistanceBounds BoundsAround(const MetricComponents& at, const float (&reach)[3],
+                                            float half_width) {
+  const float a = AbsoluteValue(at.a), b = AbsoluteValue(at.b), c = AbsoluteValue(at.c);
+  return {Larger(Larger(FusedMultiplyAdd(-half_width, reach[0], a),
+                        FusedMultiplyAdd(-half_width, reach[1], b)),
+                 FusedMultiplyAdd(-half_width, reach[2], c)),
+          Larger(Larger(FusedMultiplyAdd(half_width, reach[0], a),
+                        FusedMultiplyAdd(half_width, reach[1], b)),
+                 FusedMultiplyAdd(half_width, reach[2], c))};
+}
+
 AMHEX_HD inline DistanceBounds BoundsOverCube(const SiteMetric& site, const Vec3f& centre,
                                               float half_width) {
-  const MetricComponents d = ComponentsOf(site, centre);
-  const float* growth = site.reach;
-  return {Larger(Larger(FusedMultiplyAdd(-half_width, growth[0], d.a),
-                        FusedMultiplyAdd(-half_width, growth[1], d.b)),
-                 FusedMultiplyAdd(-half_width, growth[2], d.c)),
-          Larger(Larger(FusedMultiplyAdd(half_width, growth[0], d.a),
-                        FusedMultiplyAdd(half_width, growth[1], d.b)),
-                 FusedMultiplyAdd(half_width, growth[2], d.c))};
+  return BoundsAround(ComponentsAt(site, centre), site.reach, half_width);
+}
+
+// A cell's size in lattice coordinates, with what the rounding of its rows may add.
+AMHEX_HD inline float CoveringSize(float size, float spacing) {
+  return size / spacing * (1.0f + 2.0f * kRowRounding);
 }
 
 // Computes the metric of every site, stored in the order of the bins (graph/bin_grid.h), so that
 // neighbours in space are neighbours in memory.
 struct SiteMetricBody {
+  double spacing = 1.0;                // of the lattice, edge lengths
   ArrayView<const int32_t> ids;        // [site_count] site of each slot
   ArrayView<const Vec3d> position;     // [site_count]
   ArrayView<const Quatf> orientation;  // [site_count]
@@ -78,19 +119,19 @@ struct SiteMetricBody {
   AMHEX_HD void operator()(int64_t slot) const {
     const int32_t site = ids[slot];
     SiteMetric result;
-    const Vec3f p = ToFloat(position[site]);
+    const Vec3f p = ToFloat(position[site] / spacing);
     result.x = p.x;
     result.y = p.y;
     result.z = p.z;
     for (int axis = 0; axis < 3; ++axis) {
-      const Vec3f row = AxisOf(orientation[site], axis) / size[site][axis];
-      const int first = 3 * axis;
-      result.row[first] = row.x;
-      result.row[first + 1] = row.y;
-      result.row[first + 2] = row.z;
-      result.reach[axis] = AbsoluteValue(row.x) + AbsoluteValue(row.y) + AbsoluteValue(row.z);
+      const Vec3f axis_in_sizes =
+          AxisOf(orientation[site], axis) * (static_cast<float>(spacing) / size[site][axis]);
+      float* row = &result.row[3 * axis];
+      for (int i = 0; i < 3; ++i) row[i] = RowNumber(axis_in_sizes[i]);
+      result.reach[axis] = AbsoluteValue(row[0]) + AbsoluteValue(row[1]) + AbsoluteValue(row[2]);
     }
-    result.size = Larger(size[site].x, Larger(size[site].y, size[site].z));
+    result.size = CoveringSize(Larger(size[site].x, Larger(size[site].y, size[site].z)),
+                               static_cast<float>(spacing));
     result.is_inside = is_inside[site];
     metric[slot] = result;
   }

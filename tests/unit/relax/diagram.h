@@ -38,8 +38,8 @@ struct Diagram {
     const std::vector<int32_t> side = {is_inside ? 1 : 0};
     const std::vector<int32_t> first = {0};
     SiteMetric m;
-    SiteMetricBody{
-        ViewOf(first), ViewOf(at), ViewOf(frame), ViewOf(extent), ViewOf(side), {&m, 1}}(0);
+    SiteMetricBody{barrier.lattice.spacing, ViewOf(first), ViewOf(at), ViewOf(frame),
+                   ViewOf(extent),          ViewOf(side),  {&m, 1}}(0);
     metric.push_back(m);
     position.push_back(ToFloat(p));
     for (int axis = 0; axis < 3; ++axis) largest_size = Larger(largest_size, size[axis]);
@@ -74,13 +74,14 @@ struct Diagram {
     });
   }
 
-  int32_t BruteForceOwner(const LabelItem& item, const LatticePoint& q) const {
-    const Vec3f p = ToFloat(barrier.lattice.PositionOf(q));
+  // Of point `p` of the block at `base`.
+  int32_t BruteForceOwner(const LabelItem& item, const LatticePoint& base, int p) const {
+    const Vec3f centre = CentreOfCube(base, kBlockHalfWidth);
     float nearest = item.is_inside != 0 ? kUnboundedReach : kOutsideReach;
     int32_t owner = kNoOwner;
     for (size_t i = 0; i < metric.size(); ++i) {
       if (metric[i].is_inside != item.is_inside) continue;
-      const float d = ChebyshevDistance(metric[i], p);
+      const float d = ChebyshevDistance(metric[i], centre, StepFromCentre(p));
       if (d < nearest) {
         nearest = d;
         owner = static_cast<int32_t>(i);
@@ -124,10 +125,12 @@ inline void ExpectBruteForceLabels(const Diagram& diagram) {
     const LatticePoint tile = diagram.barrier.lattice.TileOrigin(item.tile);
     for (int k = 0; k < kTilePoints; ++k) {
       const LatticePoint b = BlockInTile(k / kBlockPoints), p = PointInBlock(k % kBlockPoints);
-      const LatticePoint q = {tile.x + b.x + p.x, tile.y + b.y + p.y, tile.z + b.z + p.z};
+      const LatticePoint base = {tile.x + b.x, tile.y + b.y, tile.z + b.z};
+      const LatticePoint q = {base.x + p.x, base.y + p.y, base.z + p.z};
       const bool is_inside = barrier.IsInside(diagram.barrier.lattice.PositionOf(q));
-      const int32_t expected =
-          is_inside == (item.is_inside != 0) ? diagram.BruteForceOwner(item, q) : kNoOwner;
+      const int32_t expected = is_inside == (item.is_inside != 0)
+                                   ? diagram.BruteForceOwner(item, base, k % kBlockPoints)
+                                   : kNoOwner;
       ASSERT_EQ(diagram.labels[i * kTilePoints + static_cast<size_t>(k)], expected)
           << "item " << i << " point " << k;
       owned_points += expected != kNoOwner ? 1 : 0;

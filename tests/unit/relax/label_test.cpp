@@ -52,9 +52,7 @@ TEST(VoronoiLabels, UnderMaximumNormAnAlignedGridGivesCubes) {
     const Vec3d centroid =
         Vec3d{static_cast<double>(m.x), static_cast<double>(m.y), static_cast<double>(m.z)} *
         (spacing / 108);
-    EXPECT_NEAR(
-        Norm(centroid - Vec3d{diagram.metric[i].x, diagram.metric[i].y, diagram.metric[i].z}), 0,
-        1e-5);
+    EXPECT_NEAR(Norm(ToFloat(centroid) - diagram.position[i]), 0, 1e-5);
   }
 }
 
