@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace amhex {
 namespace {
 
-constexpr int kMostSteps = 12;
+constexpr int kMostSteps = 24;
+constexpr int kParts = 3;            // a step, half of it, a quarter
 constexpr double kLeastGain = 1e-2;  // a step that gains a smaller share is the last
 // The first one gains most: of 325 tries in which it gained a smaller share, one was worth its
 // cost.
@@ -25,10 +28,9 @@ constexpr double kWorthwhileShare = 0.8;
 // What stayed is tried again where it lacks less or more than this share of what it did: of 310
 // tries at less, 7 were worth their cost.
 constexpr double kOtherShare = 0.1;
-// What a place may cost, in units of what cells lack to a scaled Jacobian of 1: for coming within
-// the limit, and for each unit of the squares of distances beyond what is aimed at. A crease of an
-// edge length that is followed 0.2 off is 0.05 units of such squares.
-constexpr double kWorthOfLimit = 0.5;
+// What a place may cost, in units of what cells lack to a scaled Jacobian of 1, besides what coming
+// within the limit is worth: for each unit of the squares of distances beyond what is aimed at. A
+// crease of an edge length that is followed 0.2 off is 0.05 units of such squares.
 constexpr double kWorth = 64;
 constexpr double kWorthOfCreases = 16;
 
@@ -49,42 +51,72 @@ class Attempt {
   bool IsNeeded() const { return !IsWithin(start_, 1); }
 
   void Run(const RunContext& run) {
-    PlaceJudgement cells = place_.Judge(floor_);
-    HingeFit fit = place_.FitHere(cells, floor_, around_.Rows());
+    cells_ = place_.Judge(floor_);
+    HingeFit fit = place_.FitHere(cells_, floor_, around_.Rows());
     double damping = kFirstDamping;
     for (int step = 0; step < kMostSteps && damping < kMostDamping; ++step) {
       if (IsWithin(now_, kEnough) || run.ShouldStop()) break;
-      const std::vector<Vec3d> from = place_.Positions();
-      place_.Move(fit.Solve(damping));
-      PlaceJudgement then_cells = place_.Judge(floor_);
-      const bool is_permitted = place_.IsPermitted(then_cells);
-      const JointDeviation then = is_permitted ? around_.Judge() : now_;
-      if (!is_permitted || !IsGain(then)) {
-        place_.MoveBack(from);
+      const JointDeviation from = now_;
+      const Outcome outcome = Take(fit.Solve(damping));
+      if (outcome == Outcome::kTaken) {
+        NoteIfBest();
+        const double least_gain = from.total() == start_.total() ? kLeastFirstGain : kLeastGain;
+        if (now_.total() > (1 - least_gain) * from.total() &&
+            now_.largest > (1 - least_gain) * from.largest) {
+          break;
+        }
+        damping = std::max(kLeastDamping, damping * kEasier);
+      } else if (outcome == Outcome::kNoGain || !place_.GuardMoreFirmly()) {
         damping *= kHarder;
         continue;
       }
-      const double least_gain = now_.total() == start_.total() ? kLeastFirstGain : kLeastGain;
-      const bool is_last = then.total() > (1 - least_gain) * now_.total();
-      now_ = then;
-      cells = std::move(then_cells);
-      if (is_last) break;
-      damping = std::max(kLeastDamping, damping * kEasier);
-      fit = place_.FitHere(cells, floor_, around_.Rows());
+      fit = place_.FitHere(cells_, floor_, around_.Rows());
     }
   }
 
-  bool IsWorthItsCost() const {
-    if (now_.total() > kWorthwhileShare * start_.total()) return false;
-    const bool is_mended = start_.largest > limits_.limit && now_.largest <= limits_.limit;
-    const double worth = (is_mended ? kWorthOfLimit : 0) + kWorth * (start_.cost - now_.cost) +
-                         kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);
-    return place_.LackOfCells() - lack_before_ <= worth;
+  // Goes where most was gained for what it cost on the way; false if nothing was worth its cost.
+  bool TakeBest() {
+    if (best_.has_value()) place_.MoveBack(*best_);
+    return best_.has_value();
   }
-
   void TakeBack() { place_.MoveBack(before_); }
 
  private:
+  enum class Outcome : uint8_t { kTaken, kNoGain, kBreaks };
+
+  void NoteIfBest() {
+    const bool is_mended = start_.largest > limits_.limit && now_.largest <= limits_.limit;
+    if (!is_mended && now_.total() > kWorthwhileShare * start_.total()) return;
+    const double worth = (is_mended ? limits_.worth : 0) + kWorth * (start_.cost - now_.cost) +
+                         kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);
+    const double gain = worth - (place_.LackOfCells() - lack_before_);
+    if (gain < best_gain_) return;
+    best_gain_ = gain;
+    best_ = place_.Positions();
+  }
+
+  // What a step breaks grows with the square of its length, mostly: if it breaks anything, a part
+  // of it may not.
+  Outcome Take(std::vector<Vec3d> moves) {
+    const std::vector<Vec3d> from = place_.Positions();
+    for (int part = 0; part < kParts; ++part) {
+      place_.Move(moves);
+      PlaceJudgement cells = place_.Judge(floor_);
+      if (place_.IsPermitted(cells)) {
+        const JointDeviation then = around_.Judge();
+        if (IsGain(then)) {
+          now_ = then;
+          cells_ = std::move(cells);
+          return Outcome::kTaken;
+        }
+        place_.MoveBack(from);
+        return Outcome::kNoGain;
+      }
+      place_.MoveBack(from);
+      for (Vec3d& move : moves) move *= 0.5;
+    }
+    return Outcome::kBreaks;
+  }
   bool IsWithin(const JointDeviation& deviation, double share) const {
     return deviation.largest <= share * limits_.limit &&
            deviation.largest_of_creases <= share * limits_.creases;
@@ -101,6 +133,9 @@ class Attempt {
   const double lack_before_;
   const JointDeviation start_;
   JointDeviation now_;
+  PlaceJudgement cells_;  // now
+  std::optional<std::vector<Vec3d>> best_;
+  double best_gain_ = 0;
 };
 
 }  // namespace
@@ -131,7 +166,7 @@ DrawnPlace PlaceDraw::Try(double known_lack, const RunContext& run) {
   if (!attempt.IsNeeded() || is_known) return drawn;
   attempt.Run(run);
   drawn.outcome = DrawnPlace::Outcome::kStayed;
-  if (attempt.IsWorthItsCost()) {
+  if (attempt.TakeBest()) {
     drawn.outcome = DrawnPlace::Outcome::kMoved;
     drawn.moving = place_.moving();
     drawn.places = place_.Positions();

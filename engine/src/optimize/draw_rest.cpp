@@ -8,17 +8,20 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
 #include "optimize/raise_quality.h"
+#include "optimize/regain_quality.h"
 #include "optimize/take_back_defects.h"
 
 namespace amhex {
 namespace {
 
-// Where there are more, drawing was in vain before.
-constexpr size_t kMostPlaces = 48;
+// Where there are more, points scatter or much is missing.
+constexpr size_t kMostPlaces = 150;
 // What mends one place may cost the next.
-constexpr int kRounds = 3;
+constexpr int kRounds = 5;
 // Of the limits: distances are measured at other places than these, too.
-constexpr double kMargin = 0.97;
+constexpr double kMargin = 0.94;
+// Of coming within the limit (DeviationLimits::worth): nothing else will mend the place.
+constexpr double kWorthAtLast = 2;
 // No cell that is better falls below this, and at first none below the mesh's minimum, which counts
 // up to here.
 constexpr double kLeastQuality = 0.31;
@@ -68,6 +71,19 @@ class RestDraw {
   const DeviationLimits& limits_;
 };
 
+// Around what has moved. The boundary stays as near as it is.
+absl::Status RegainInside(const std::vector<Vec3d>& before, Placement& placement,
+                          const RunContext& run) {
+  std::vector<uint8_t> moved(before.size(), 0);
+  for (size_t v = 0; v < before.size(); ++v) {
+    if (placement.complex.vertices[v] != before[v]) moved[v] = 1;
+  }
+  if (std::find(moved.begin(), moved.end(), 1) == moved.end()) return absl::OkStatus();
+  const double minimum = SummarizeQuality(placement.complex, StopPoll(run)).minimum;
+  return RegainQuality(placement, moved, BoundaryVertices(placement),
+                       std::clamp(minimum, kLeastQuality, kMostFloor), run);
+}
+
 }  // namespace
 
 absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
@@ -79,9 +95,11 @@ absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
   const HullSampling sampling(hull, placement, poll);
   DeviationLimits limits = LimitsFor(hull);
   limits.limit *= kMargin;
+  limits.worth = kWorthAtLast;
   const std::vector<Vec3d> before = complex.vertices;
   RestDraw(placement, sampling, limits).Run(run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  AMHEX_RETURN_IF_ERROR(RegainInside(before, placement, run));
   TakeBackDefects(hull, before, poll, &complex);
   return complex;
 }

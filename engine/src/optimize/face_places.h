@@ -8,7 +8,7 @@ namespace amhex {
 // Parts that an edge of the triangles of a face is divided into. Statistics have nine samples per
 // unit of area (output/mesh_statistics); a face that spans a groove was .08 edge lengths farther
 // from the hull there than in its middle, halfway to its corners and in the middles of its edges.
-inline constexpr int kFaceDivisions = 4;
+inline constexpr int kFaceDivisions = 6;
 
 // Calls visit(weight, side) for places on a face of 3 or 4 corners, each once and without the
 // corners: weight[j] is corner j's. `side` is the edge from corner j to the next one that the place

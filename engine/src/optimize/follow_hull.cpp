@@ -14,9 +14,9 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/look_ahead.h"
 #include "optimize/placement.h"
-#include "optimize/raise_average.h"
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
+#include "optimize/regain_quality.h"
 #include "optimize/take_back_defects.h"
 
 namespace amhex {
@@ -33,7 +33,8 @@ constexpr int kPasses = 2;
 // Of noise the hull keeps a little everywhere: a second pass took .7 s of five and left distances
 // and averages where they were.
 constexpr int kPassesWherePointsScatter = 1;
-constexpr int kSweepsPerPass = 10;
+// Where only some places are followed, gaps this near to one of them are theirs.
+constexpr double kReachOfPlace = 3.0;
 // What sweeps move by less leaves answers as they were, edge lengths.
 constexpr double kStirred = 0.01;
 // What raising jointly has gained is spent on the way to the hull, and gained once more.
@@ -83,10 +84,12 @@ struct FoundRecord {
 
 class Follower {
  public:
-  Follower(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits)
+  Follower(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
+           const std::vector<Vec3d>* around)
       : placement_(placement),
         sampling_(sampling),
         limits_(limits),
+        around_(around),
         floor_(FloorFor(SummarizeQuality(placement.complex).min_scaled_jacobian)),
         closer_(placement, sampling, limits, floor_),
         draw_(placement, sampling, limits, floor_) {}
@@ -101,8 +104,7 @@ class Follower {
       gaps = FindGaps(kWorthLooking * limits_.limit, poll);
       if (gaps.empty()) return absl::OkStatus();
       AMHEX_RETURN_IF_ERROR(CloseGaps(gaps.All(), run));
-      AMHEX_RETURN_IF_ERROR(
-          RegainQuality(closer_.moved(), run, [&](size_t v) { return closer_.moved()[v] != 0; }));
+      AMHEX_RETURN_IF_ERROR(Regain(closer_.moved(), closer_.moved(), run));
     }
     return Draw(FindGaps(limits_.limit, poll), run);
   }
@@ -118,7 +120,17 @@ class Follower {
     }
   };
   GapsAround FindGaps(double beyond, const StopPoll& poll) const {
-    return {sampling_.GapsBeyond(beyond, poll), sampling_.CreaseGapsBeyond(limits_.creases, poll)};
+    GapsAround gaps{sampling_.GapsBeyond(beyond, poll),
+                    sampling_.CreaseGapsBeyond(limits_.creases, poll)};
+    const auto is_elsewhere = [&](const Gap& gap) {
+      return around_ != nullptr &&
+             std::none_of(around_->begin(), around_->end(), [&](const Vec3d& place) {
+               return Norm(gap.sample - place) < kReachOfPlace;
+             });
+    };
+    std::erase_if(gaps.surface, is_elsewhere);
+    std::erase_if(gaps.creases, is_elsewhere);
+    return gaps;
   }
 
   // Those beyond the limits, jointly.
@@ -130,9 +142,7 @@ class Follower {
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
     if (!any) return absl::OkStatus();
     NoteStirred(before);
-    return RegainQuality(draw_.moved(), run, [&](size_t v) {
-      return placement_.neighbourhoods.hull_faces[static_cast<int64_t>(v)].size() > 0;
-    });
+    return Regain(draw_.moved(), BoundaryVertices(placement_), run);
   }
 
   // By single vertices. One after the other, but each is looked at side by side with others first:
@@ -160,25 +170,13 @@ class Follower {
     return run.CheckStop();
   }
 
-  // Raises the average around what has moved; what `stays` says does.
-  template <class Stays>
-  absl::Status RegainQuality(const std::vector<uint8_t>& moved, const RunContext& run,
-                             const Stays& stays) {
+  // What `stays` marks does.
+  absl::Status Regain(const std::vector<uint8_t>& moved, const std::vector<uint8_t>& stays,
+                      const RunContext& run) {
     const std::vector<Vec3d> before = placement_.complex.vertices;
-    const std::vector<VertexConstraint> constraints = placement_.constraints.vertex;
-    SweepMemory memory = StartSweeps(static_cast<int64_t>(moved.size()));
-    std::fill(memory.active.begin(), memory.active.end(), 0);
-    NoteMoves(moved, placement_, memory, StopPoll(run));
-    for (size_t v = 0; v < moved.size(); ++v) {
-      if (stays(v)) placement_.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
-    }
-    AMHEX_RETURN_IF_ERROR(RunSweeps(placement_,
-                                    {QualityAim::kAverage, kAverageTarget, floor_, kClosestBound},
-                                    kSweepsPerPass, memory, run));
-    RaiseJointly(placement_, kJointlyWanted, run);
-    placement_.constraints.vertex = constraints;
+    AMHEX_RETURN_IF_ERROR(RegainQuality(placement_, moved, stays, floor_, run));
     NoteStirred(before);
-    return run.CheckStop();
+    return absl::OkStatus();
   }
 
   void NoteStirred(const std::vector<Vec3d>& before) {
@@ -192,15 +190,15 @@ class Follower {
   Placement& placement_;
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
+  const std::vector<Vec3d>* const around_;  // null: everywhere
   const double floor_;
   GapCloser closer_;
   JointDraw draw_;
 };
 
-}  // namespace
-
-absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
-                                       const HullFeatures& features, const RunContext& run) {
+absl::StatusOr<CellComplex> Follow(CellComplex complex, const Hull& hull,
+                                   const HullFeatures& features, const std::vector<Vec3d>* around,
+                                   const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (complex.cells.empty()) return complex;
   const StopPoll poll(run);
@@ -208,10 +206,23 @@ absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
   const HullSampling sampling(hull, placement, poll);
   const DeviationLimits limits = LimitsFor(hull);
   const std::vector<Vec3d> before = complex.vertices;
-  Follower follower(placement, sampling, limits);
+  Follower follower(placement, sampling, limits, around);
   AMHEX_RETURN_IF_ERROR(follower.Run(run));
   TakeBackDefects(hull, before, poll, &complex);
   return complex;
+}
+
+}  // namespace
+
+absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
+                                       const HullFeatures& features, const RunContext& run) {
+  return Follow(std::move(complex), hull, features, nullptr, run);
+}
+
+absl::StatusOr<CellComplex> FollowHullAround(const std::vector<Vec3d>& places, CellComplex complex,
+                                             const Hull& hull, const HullFeatures& features,
+                                             const RunContext& run) {
+  return Follow(std::move(complex), hull, features, &places, run);
 }
 
 }  // namespace amhex

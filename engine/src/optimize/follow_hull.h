@@ -2,6 +2,8 @@
 // although the vertices lie on the hull.
 #pragma once
 
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
@@ -23,5 +25,10 @@ namespace amhex {
 // RunStopped is thrown where no status can be returned.
 absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
                                        const HullFeatures& features, const RunContext& run);
+
+// The same for gaps near `places` alone.
+absl::StatusOr<CellComplex> FollowHullAround(const std::vector<Vec3d>& places, CellComplex complex,
+                                             const Hull& hull, const HullFeatures& features,
+                                             const RunContext& run);
 
 }  // namespace amhex

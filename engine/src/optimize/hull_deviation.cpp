@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "input/hull_queries.h"
 #include "input/triangle_math.h"
@@ -42,9 +43,16 @@ std::vector<Vec3d> MiddlesOf(const CellComplex& complex) {
   return middles;
 }
 
+// The corners, too: joint moves may take them off the hull.
 std::vector<Vec3d> PlacesOf(const CellComplex& complex) {
   std::vector<Vec3d> places;
+  std::vector<uint8_t> is_listed(complex.vertices.size(), 0);
   for (const CellFace& face : complex.hull_faces) {
+    for (int j = 0; j < face.count; ++j) {
+      if (std::exchange(is_listed[face.v[j]], uint8_t{1}) == 0) {
+        places.push_back(complex.vertices[face.v[j]]);
+      }
+    }
     VisitFacePlaces(face.count, [&](const std::array<double, 4>& weight, int side) {
       if (side >= 0 && face.v[side] > face.v[(side + 1) % face.count]) return;  // the next face's
       Vec3d place;

@@ -18,6 +18,9 @@ struct DeviationLimits {
   double limit = 0;      // of a distance between hull and boundary
   double free = 0;       // distances below this do not count
   double creases = 0.1;  // of the distance of a crease from the nearest edge of the boundary
+  // What a place's coming within the limit may cost where it is drawn jointly, in units of what
+  // cells lack to a scaled Jacobian of 1.
+  double worth = 0.5;
 };
 // The larger of 0.5 % of the diagonal of the hull's box and a sixth of an edge length.
 DeviationLimits LimitsFor(const Hull& hull);

@@ -295,7 +295,6 @@ JointDeviation JointGaps::Judge() {
     const double excess = std::max(0.0, distance - AimFor(kind));
     const bool is_of_crease = kind == Kind::kCrease;
     (is_of_crease ? result.cost_of_creases : result.cost) += excess * excess;
-    if (kind == Kind::kVertex) return;
     double& largest = is_of_crease ? result.largest_of_creases : result.largest;
     largest = std::max(largest, distance);
   });

@@ -32,6 +32,10 @@ constexpr Guard kJacobianGuard = {0.1, 0.002, 10};
 constexpr Guard kSagGuard = {0.1, 0.004, 10};  // edge lengths
 constexpr Guard kAgreementGuard = {0.3, 0.01, 10};
 constexpr Guard kFoldGuard = {kNearFolding, 0.002, 20};
+// A few guards weigh little against many corners and distances, and a shorter step breaks them
+// by less, but breaks them. Each time that guards are to hold more firmly they weigh so much more.
+constexpr double kFirmer = 8;
+constexpr double kMostFirmness = 64;
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
 constexpr double kOnFeature = 0.02;       // a vertex this near to its crease is on it
 
@@ -64,7 +68,14 @@ void JointPlace::EnterLoosely(const std::vector<int32_t>& cells, double floor) {
   start_.least = std::min(start_.least, floor);
 }
 
+bool JointPlace::GuardMoreFirmly() {
+  if (firmness_ >= kMostFirmness) return false;
+  firmness_ *= kFirmer;
+  return true;
+}
+
 void JointPlace::Collect(const std::vector<int32_t>& poor) {
+  firmness_ = 1;
   std::vector<int32_t> vertices;
   const auto add_vertices_of = [&](int64_t c) {
     vertices.insert(vertices.end(), view_.cells[c].begin(), view_.cells[c].end());
@@ -216,6 +227,10 @@ HingeFit JointPlace::FitHere(const PlaceJudgement& now, double wanted,
   }
   KeepWorst(&rows);
   KeepWorst(&guards);
+  for (HingeRow& guard : guards) {
+    guard.lack *= firmness_;
+    for (HingeRow::Slope& slope : guard.slopes) slope.fall *= firmness_;
+  }
   for (const VertexRow& other : others) {
     guards.push_back({other.lack, {}});
     for (const VertexRow::Slope& slope : other.slopes) {

@@ -64,6 +64,9 @@ class JointPlace {
   // moves from here. `now`: judged here.
   HingeFit FitHere(const PlaceJudgement& now, double wanted,
                    const std::vector<VertexRow>& others = {});
+  // The next fits of this place keep more firmly to what must not be broken; false if they do
+  // already.
+  bool GuardMoreFirmly();
   // Moves the vertices as a fit of here has it, all by the same share where one would move far.
   void Move(const std::vector<Vec3d>& moves);
 
@@ -104,6 +107,7 @@ class JointPlace {
   std::vector<Freedom> freedoms_;       // [index into moving_] where the last fit was made
   PlaceJudgement start_;                // its lack is not used
   bool is_loose_ = false;
+  double firmness_ = 1;  // of the guards
 };
 
 }  // namespace amhex

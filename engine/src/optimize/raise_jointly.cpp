@@ -41,8 +41,13 @@ double RaiseTo(double aim, const RunContext& run, JointPlace* place) {
     place->Move(fit.Solve(damping));
     PlaceJudgement then = place->Judge(aim);
     if (!place->IsPermittedGain(now, then)) {
+      const bool is_broken = !place->IsPermitted(then);
       place->MoveBack(before);
-      damping *= kHarder;
+      if (is_broken && place->GuardMoreFirmly()) {
+        fit = place->FitHere(now, aim);
+      } else {
+        damping *= kHarder;
+      }
       continue;
     }
     const bool is_last = then.lack > (1 - kLeastGain) * now.lack;

@@ -211,8 +211,10 @@ class GapSplitter {
       AMHEX_RETURN_IF_ERROR(SplitAt(*next));
     }
     if (complex_.cells.size() == cell_count) return std::move(complex_);
-    // Regains what the cells around have lost.
-    return FollowHull(std::move(complex_), hull_, features_, run_);
+    // Regains what the cells around have lost. Elsewhere the hull has been followed before.
+    std::vector<Vec3d> places;
+    for (const Gap& gap : tried) places.push_back(gap.sample);
+    return FollowHullAround(places, std::move(complex_), hull_, features_, run_);
   }
 
  private:

@@ -27,6 +27,7 @@ using testing_support::CubesUnder;
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
+using testing_support::GridVertex;
 using testing_support::HullUnder;
 using testing_support::LargestDistance;
 using testing_support::Roof;
@@ -63,7 +64,7 @@ TEST(FacePlaces, AreSpreadOverTheFaceEachOnce) {
       for (double y = 0; y <= (count == 3 ? 1 - x : 1.0); y += 0.05) {
         const Vec3d p{x, y, 0};
         const bool is_near = std::any_of(places.begin(), places.end(),
-                                         [&](const Vec3d& q) { return Norm(p - q) < 0.26; });
+                                         [&](const Vec3d& q) { return Norm(p - q) < 0.18; });
         EXPECT_TRUE(is_near) << count << " corners: " << x << " " << y;
       }
     }
@@ -83,6 +84,20 @@ TEST(HullSampling, FindsNoLessWhereFacesAreLookedAtClosely) {
   ASSERT_FALSE(few.empty());
   EXPECT_GT(close.size(), few.size());
   EXPECT_GE(close.front().distance, few.front().distance);
+}
+
+TEST(HullSampling, FindsVerticesThatHaveLeftTheHull) {
+  const Hull hull = GridHull(kSize, 0.5);
+  CellComplex complex = GridComplex(kSize);
+  const int32_t top = GridVertex(kSize, 3, 2, kSize.nz);
+  complex.vertices[top].z += 0.3;
+  const HullFeatures features(hull);
+  const Placement placement = PreparePlacement(complex, features);
+  const std::vector<Gap> gaps =
+      HullSampling(hull, placement).GapsBeyond(0.2, StopPoll(), FaceDetail::kClosely);
+  ASSERT_FALSE(gaps.empty());
+  EXPECT_EQ(gaps.front().sample, complex.vertices[top]);
+  EXPECT_NEAR(gaps.front().distance, 0.3, 1e-9);
 }
 
 // A box with one point in so many a third of an edge length above its top.
@@ -160,7 +175,7 @@ TEST(DrawRest, LowersTheMinimumOnlyWhereAllIsNearAfterwards) {
 }
 
 TEST(DrawRest, LeavesAHullThatIsFarInManyPlacesAsItIs) {
-  const Roof roof{2.5, 0.5, {6, 60, 3}};  // every gap along the ridge is a place
+  const Roof roof{2.5, 0.5, {6, 180, 3}};  // every gap along the ridge is a place
   const CellComplex complex = CubesUnder(roof);
   EXPECT_EQ(Drawn(complex, HullUnder(roof)).vertices, complex.vertices);
 }

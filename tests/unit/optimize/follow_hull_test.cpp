@@ -102,6 +102,24 @@ TEST(FollowHull, PutsVerticesOntoARidgeThatRunsBetweenThem) {
   }
 }
 
+TEST(FollowHullAround, SeesToThePlacesNamedAlone) {
+  const Roof roof{2.5, 0.5, {6, 24, 3}};
+  const Hull hull = HullUnder(roof);
+  const CellComplex complex = CubesUnder(roof);
+  const Vec3d place{2.5, 2, 3.5};  // on the ridge, near one end
+  const RunContext run;
+  const auto followed = FollowHullAround({place}, complex, hull, HullFeatures(hull), run);
+  ASSERT_TRUE(followed.ok()) << followed.status().ToString();
+  bool any = false;
+  for (size_t v = 0; v < complex.vertices.size(); ++v) {
+    const bool moved = followed->vertices[v] != complex.vertices[v];
+    any = any || moved;
+    // Sweeps carry what the place does some cells on.
+    if (complex.vertices[v].y > 18) EXPECT_FALSE(moved) << "far from the place: " << v;
+  }
+  EXPECT_TRUE(any);
+}
+
 TEST(FollowHull, LeavesVerticesBeforeALostPartWhereTheyAre) {
   const Hull hull = HullUnder({2.5, 3.0});
   const CellComplex complex = GridComplex(kSize);
