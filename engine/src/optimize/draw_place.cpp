@@ -90,8 +90,11 @@ class Attempt {
     const double worth = (is_mended ? limits_.worth : 0) + kWorth * (start_.cost - now_.cost) +
                          kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);
     const double gain = worth - (place_.LackOfCells() - lack_before_);
-    if (gain < best_gain_) return;
+    // Near enough is what is wanted; what else would gain more is not.
+    if (gain < (is_mended == is_best_mended_ ? best_gain_ : 0) || is_mended < is_best_mended_)
+      return;
     best_gain_ = gain;
+    is_best_mended_ = is_mended;
     best_ = place_.Positions();
   }
 
@@ -136,6 +139,7 @@ class Attempt {
   PlaceJudgement cells_;  // now
   std::optional<std::vector<Vec3d>> best_;
   double best_gain_ = 0;
+  bool is_best_mended_ = false;
 };
 
 }  // namespace

@@ -1,21 +1,28 @@
 // Places spread over a face of the boundary, at which it is held against the hull.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace amhex {
 
-// Parts that an edge of the triangles of a face is divided into. Statistics have nine samples per
-// unit of area (output/mesh_statistics); a face that spans a groove was .08 edge lengths farther
-// from the hull there than in its middle, halfway to its corners and in the middles of its edges.
-inline constexpr int kFaceDivisions = 6;
+// Parts that the edges of a face's triangles are divided into, by its longest edge. Statistics have
+// nine samples per unit of area (output/mesh_statistics), and a hull with grooves is farthest from
+// a face between few places: with four parts by .08 edge lengths, with six by .04 on long faces.
+inline int FaceDivisions(double longest_edge) {
+  constexpr double kPartsPerEdgeLength = 6;
+  constexpr int kFewest = 4, kMost = 12;
+  return std::clamp(static_cast<int>(std::ceil(kPartsPerEdgeLength * longest_edge)), kFewest,
+                    kMost);
+}
 
 // Calls visit(weight, side) for places on a face of 3 or 4 corners, each once and without the
 // corners: weight[j] is corner j's. `side` is the edge from corner j to the next one that the place
 // is on, or -1. A quadrilateral is four triangles around its middle, as distances are measured.
 template <class Visit>
-void VisitFacePlaces(int count, const Visit& visit) {
-  constexpr int n = kFaceDivisions;
+void VisitFacePlaces(int count, int divisions, const Visit& visit) {
+  const int n = divisions;
   const auto add = [&](const std::array<int, 4>& parts, int middle, int side) {
     std::array<double, 4> weight{};
     for (int j = 0; j < count; ++j) weight[j] = (parts[j] + middle / 4.0) / n;

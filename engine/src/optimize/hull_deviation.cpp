@@ -53,12 +53,20 @@ std::vector<Vec3d> PlacesOf(const CellComplex& complex) {
         places.push_back(complex.vertices[face.v[j]]);
       }
     }
-    VisitFacePlaces(face.count, [&](const std::array<double, 4>& weight, int side) {
-      if (side >= 0 && face.v[side] > face.v[(side + 1) % face.count]) return;  // the next face's
-      Vec3d place;
-      for (int j = 0; j < face.count; ++j) place += complex.vertices[face.v[j]] * weight[j];
-      places.push_back(place);
-    });
+    double longest = 0;
+    for (int j = 0; j < face.count; ++j) {
+      const Vec3d& next = complex.vertices[face.v[(j + 1) % face.count]];
+      longest = std::max(longest, Norm(next - complex.vertices[face.v[j]]));
+    }
+    VisitFacePlaces(face.count, FaceDivisions(longest),
+                    [&](const std::array<double, 4>& weight, int side) {
+                      if (side >= 0 && face.v[side] > face.v[(side + 1) % face.count])
+                        return;  // the next face's
+                      Vec3d place;
+                      for (int j = 0; j < face.count; ++j)
+                        place += complex.vertices[face.v[j]] * weight[j];
+                      places.push_back(place);
+                    });
   }
   return places;
 }

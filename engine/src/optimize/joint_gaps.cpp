@@ -17,6 +17,9 @@ constexpr double kBeyondFaces = 0.35;
 constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 // What is farther from the boundary is lost (gap_closer).
 constexpr double kLost = 1.0;
+// A vertex that is farther off the hull was not taken there by drawing: what is nearest to it need
+// not be where it belongs.
+constexpr double kMostOffHullAtFirst = 0.5;
 // What is aimed at, of the limits: samples are not everywhere.
 constexpr double kAim = 0.9;
 // Points of the input farther off the hull are not followed: vertices may be as far off it as
@@ -61,19 +64,27 @@ void JointGaps::Renew() {
 }
 
 bool JointGaps::Enter(const std::vector<int32_t>& moving) {
-  moving_.clear(), own_ids_.clear(), faces_.clear(), samples_.clear(), crease_samples_.clear();
+  moving_.clear(), own_ids_.clear(), own_divisions_.clear(), faces_.clear(), samples_.clear(),
+      crease_samples_.clear();
   Box3d box;
   for (const int32_t v : moving) {
     const auto faces = placement_.neighbourhoods.hull_faces[v];
     if (faces.size() == 0) continue;
+    const Vec3d& place = placement_.complex.vertices[v];
+    if (!sampling_.hull().queries->IsWithin(place, kMostOffHullAtFirst)) return false;
     moving_.push_back(v);
     own_ids_.insert(own_ids_.end(), faces.begin(), faces.end());
   }
   SortUnique(own_ids_);
   if (own_ids_.empty()) return false;
   for (const int32_t f : own_ids_) {
-    faces_.push_back(FaceNow(f));
-    for (int j = 0; j < faces_.back().count; ++j) box.Extend(faces_.back().corner[j]);
+    const Face& face = faces_.emplace_back(FaceNow(f));
+    double longest = 0;
+    for (int j = 0; j < face.count; ++j) {
+      box.Extend(face.corner[j]);
+      longest = std::max(longest, Norm(face.corner[(j + 1) % face.count] - face.corner[j]));
+    }
+    own_divisions_.push_back(FaceDivisions(longest));
   }
   const Vec3d middle = (box.low + box.high) / 2.0;
   const double reach = Norm(box.high - middle) + kBeyondFaces;
@@ -219,12 +230,14 @@ template <class Visit>
 void JointGaps::VisitClosely(const Visit& visit) const {
   for (size_t i = 0; i < own_ids_.size(); ++i) {
     const Face& face = faces_[i];
-    VisitFacePlaces(face.count, [&](const std::array<double, 4>& weight, int side) {
-      if (side >= 0 && face.vertex[side] > face.vertex[(side + 1) % face.count]) return;
-      Mean mean{{}, face.vertex, weight};
-      for (int j = 0; j < face.count; ++j) mean.point += face.corner[j] * weight[j];
-      visit(mean);
-    });
+    VisitFacePlaces(face.count, own_divisions_[i],
+                    [&](const std::array<double, 4>& weight, int side) {
+                      if (side >= 0 && face.vertex[side] > face.vertex[(side + 1) % face.count])
+                        return;
+                      Mean mean{{}, face.vertex, weight};
+                      for (int j = 0; j < face.count; ++j) mean.point += face.corner[j] * weight[j];
+                      visit(mean);
+                    });
   }
 }
 

@@ -29,7 +29,8 @@ class JointGaps {
 
   // Goes to the faces at these vertices, and the samples that may be nearest to them. Points of the
   // input that lie so far off the hull that no boundary comes near them are left out. False if
-  // there are no such faces, or a sample is lost to them (gap_closer).
+  // there are no such faces, a vertex is far off the hull, or a sample is lost to them
+  // (gap_closer).
   bool Enter(const std::vector<int32_t>& moving);
 
   // The vertices of all those faces, whose places decide what is found here.
@@ -95,9 +96,10 @@ class JointGaps {
   const Placement& placement_;
   const DeviationLimits& limits_;
   const FaceDetail detail_;
-  std::vector<int32_t> moving_;   // those on the boundary
-  std::vector<int32_t> own_ids_;  // hull faces at them, ascending
-  std::vector<Face> faces_;       // those first, then others around
+  std::vector<int32_t> moving_;     // those on the boundary
+  std::vector<int32_t> own_ids_;    // hull faces at them, ascending
+  std::vector<int> own_divisions_;  // of those, as they were on entering
+  std::vector<Face> faces_;         // those first, then others around
   // Coordinates of their middles when entered, padded to whole lanes.
   std::array<std::vector<double>, 3> middles_;
   std::vector<Sample> samples_;

@@ -46,7 +46,7 @@ TEST(FacePlaces, AreSpreadOverTheFaceEachOnce) {
     const std::array<Vec3d, 4> corner = {
         Vec3d{0, 0, 0}, {1, 0, 0}, count == 3 ? Vec3d{0, 1, 0} : Vec3d{1, 1, 0}, {0, 1, 0}};
     std::vector<Vec3d> places;
-    VisitFacePlaces(count, [&](const std::array<double, 4>& weight, int side) {
+    VisitFacePlaces(count, FaceDivisions(1), [&](const std::array<double, 4>& weight, int side) {
       Vec3d place;
       double sum = 0;
       for (int j = 0; j < count; ++j) place += corner[j] * weight[j], sum += weight[j];
