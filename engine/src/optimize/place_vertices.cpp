@@ -47,8 +47,8 @@ constexpr int kSweepsPerLevel = 6;
 constexpr double kLevelGain = 0.002;  // a level that raises the minimum less has failed
 constexpr double kLeftBehind = 0.02;  // then cells this near to the minimum are left behind
 constexpr double kGoodLevel = 0.8;    // no level starts above
-// Creases are given up where they hold a cell below this, which would be refilled. Corners are not: the mesh would miss the
-// input by most of an edge length there.
+// Creases are given up where they hold a cell below this, which would be refilled. Corners are not:
+// the mesh would miss the input by most of an edge length there.
 constexpr double kUnbearable = 0.3;
 // Where the cells still change, places are raised jointly up to this only: what holds them may be
 // gone with the next change, while vertices that have slid along the hull would stay where they
