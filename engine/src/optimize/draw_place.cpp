@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -91,8 +92,8 @@ class Attempt {
                          kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);
     const double gain = worth - (place_.LackOfCells() - lack_before_);
     // Near enough is what is wanted; what else would gain more is not.
-    if (gain < (is_mended == is_best_mended_ ? best_gain_ : 0) || is_mended < is_best_mended_)
-      return;
+    if (is_best_mended_ && !is_mended) return;
+    if (gain < (is_mended == is_best_mended_ ? best_gain_ : 0)) return;
     best_gain_ = gain;
     is_best_mended_ = is_mended;
     best_ = place_.Positions();
