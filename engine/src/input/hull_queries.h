@@ -47,6 +47,13 @@ class HullQueries {
   // Whether any triangle is within `distance`: cheaper than finding the closest.
   bool IsWithin(const Vec3d& p, double distance) const { return view().IsWithin(p, distance); }
 
+  // The same for one point after the other, each near the last one or where it was before: `likely`
+  // starts at -1 and remembers where the answer was found. The same answers, sooner.
+  bool IsWithin(const Vec3d& p, double distance, int32_t& likely) const {
+    return view().IsWithin(p, distance, likely);
+  }
+  HullPoint Closest(const Vec3d& p, int32_t& likely) const { return view().Closest(p, likely); }
+
   // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
   // surface, dipoles far from it. O(log n) expected.
   double WindingNumber(const Vec3d& p) const { return view().WindingNumber(p); }

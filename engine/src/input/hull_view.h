@@ -101,6 +101,25 @@ struct HullView {
     return false;
   }
 
+#if !defined(__CUDACC__)
+  // The same answers, sooner where triangle `likely` (in leaf order; < 0: none) is near. It becomes
+  // the one that was found.
+  bool IsWithin(const Vec3d& p, double distance, int32_t& likely) const {
+    if (packets.empty()) return IsWithin(p, distance);
+    const double reach = distance * distance;
+    if (likely >= 0 && SquaredNorm(NearestOn(likely, p) - p) <= reach) return true;
+    return IsWithinByPackets(p, reach, &likely);
+  }
+  HullPoint Closest(const Vec3d& p, int32_t& likely) const {
+    Nearest best;
+    best.squared = likely >= 0 ? SquaredNorm(NearestOn(likely, p) - p) : 1e300;
+    if (!nodes.empty()) Search(p, best);
+    if (best.triangle < 0) return {};
+    likely = best.triangle;
+    return {best.point, normals[best.triangle], original[best.triangle], std::sqrt(best.squared)};
+  }
+#endif
+
   AMHEX_HD double WindingNumber(const Vec3d& p) const {
     if (nodes.empty()) return 0;
     int32_t stack[kHullStackSize];
@@ -250,14 +269,20 @@ struct HullView {
       VisitPackets(packets, p, reach, [&](int32_t i) { return Consider(i, p, best), false; });
     });
   }
-  bool IsWithinByPackets(const Vec3d& p, double reach) const {
-    bool is_within = false;
+  // `found`, if any, becomes a triangle that is.
+  bool IsWithinByPackets(const Vec3d& p, double reach, int32_t* found = nullptr) const {
+    int32_t within = -1;
     RunWithWidestVectors([&] {
       VisitPackets(
           packets, p, [reach] { return reach; },
-          [&](int32_t i) { return is_within = SquaredNorm(NearestOn(i, p) - p) <= reach; });
+          [&](int32_t i) {
+            if (!(SquaredNorm(NearestOn(i, p) - p) <= reach)) return false;
+            within = i;
+            return true;
+          });
     });
-    return is_within;
+    if (found != nullptr && within >= 0) *found = within;
+    return within >= 0;
   }
 #endif
 

@@ -135,15 +135,23 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
   const std::vector<Vec3d> on_boundary =
       detail == FaceDetail::kFew ? face_middles_ : PlacesOf(placement_.complex);
   std::vector<Gap> found(points_.size() + on_boundary.size());
-  tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
-    poll.At(static_cast<int64_t>(i));
-    const bool is_on_hull = i < points_.size();
-    const Vec3d& p = is_on_hull ? points_[i] : on_boundary[i - points_.size()];
-    const HullQueries& other = is_on_hull ? boundary : *hull_.queries;
-    if (other.IsWithin(p, distance)) return;
-    const HullPoint nearest = other.Closest(p);
-    found[i] = {p, nearest.point, nearest.distance};
-  });
+  const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely, Gap& gap) {
+    if (other.IsWithin(p, distance, likely)) return;
+    const HullPoint nearest = other.Closest(p, likely);
+    gap = {p, nearest.point, nearest.distance};
+  };
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, found.size()), [&](const tbb::blocked_range<size_t>& range) {
+        int32_t of_boundary = -1, of_hull = -1;
+        for (size_t i = range.begin(); i < range.end(); ++i) {
+          poll.At(static_cast<int64_t>(i));
+          if (i < points_.size()) {
+            look_at(boundary, points_[i], of_boundary, found[i]);
+          } else {
+            look_at(*hull_.queries, on_boundary[i - points_.size()], of_hull, found[i]);
+          }
+        }
+      });
   std::erase_if(found, [&](const Gap& gap) { return gap.distance <= distance; });
   SortWorstFirst(&found);
   return found;
@@ -331,18 +339,19 @@ void VertexDeviation::AddHullSamples(double bound, Deviation* deviation) {
 }
 
 void VertexDeviation::AddBoundarySamples(Deviation* deviation) {
-  const auto add = [&](const Vec3d& p) {
-    if (sampling_.hull().queries->IsWithin(p, limits_.free)) return;
-    const HullPoint nearest = sampling_.hull().queries->Closest(p);
+  const HullQueries& hull = *sampling_.hull().queries;
+  const auto add = [&](const Vec3d& p, int32_t& likely) {
+    if (hull.IsWithin(p, limits_.free, likely)) return;
+    const HullPoint nearest = hull.Closest(p, likely);
     if (nearest.distance > worst_of_boundary_.distance) {
       worst_of_boundary_ = {p, nearest.point, nearest.distance};
     }
     Count(nearest.distance, deviation);
   };
-  for (const Fan& fan : fans_) {
-    add(fan.middle);
-    add((fan.corner[0] + fan.middle) / 2.0);
-    add((fan.corner[0] + fan.corner[1]) / 2.0);  // the other edge is the next face's
+  for (Fan& fan : fans_) {
+    add(fan.middle, fan.likely[0]);
+    add((fan.corner[0] + fan.middle) / 2.0, fan.likely[1]);
+    add((fan.corner[0] + fan.corner[1]) / 2.0, fan.likely[2]);  // the other edge is the next face's
   }
 }
 

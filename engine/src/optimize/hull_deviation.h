@@ -2,6 +2,7 @@
 // somewhere else.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -108,6 +109,8 @@ class VertexDeviation {
     Vec3d corner[4];
     Vec3d middle;
     double extent = 0;
+    std::array<int32_t, 3> likely = {-1, -1,
+                                     -1};  // where the hull was near its places (HullQueries)
   };
 
   // A face not at the vertex, and a ball around it.

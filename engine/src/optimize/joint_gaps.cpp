@@ -65,7 +65,7 @@ void JointGaps::Renew() {
 
 bool JointGaps::Enter(const std::vector<int32_t>& moving) {
   moving_.clear(), own_ids_.clear(), own_divisions_.clear(), faces_.clear(), samples_.clear(),
-      crease_samples_.clear();
+      crease_samples_.clear(), likely_.clear();
   Box3d box;
   for (const int32_t v : moving) {
     const auto faces = placement_.neighbourhoods.hull_faces[v];
@@ -281,9 +281,12 @@ void JointGaps::VisitDistances(double share, const Visit& visit) {
     visit(Kind::kSurface, nearest.distance, sample.point, [&] { return MeanAt(nearest); });
   }
   const HullQueries& hull = *sampling_.hull().queries;
+  size_t place = 0;
   const auto look_at = [&](Kind kind, const Mean& mean) {
-    if (hull.IsWithin(mean.point, share * AimFor(kind))) return;
-    const HullPoint nearest = hull.Closest(mean.point);
+    if (place == likely_.size()) likely_.push_back(place > 0 ? likely_[place - 1] : -1);
+    int32_t& likely = likely_[place++];
+    if (hull.IsWithin(mean.point, share * AimFor(kind), likely)) return;
+    const HullPoint nearest = hull.Closest(mean.point, likely);
     visit(kind, nearest.distance, nearest.point, [&] { return mean; });
   };
   VisitOwnBoundary([&](const Mean& mean) { look_at(Kind::kSurface, mean); });

@@ -104,6 +104,8 @@ class JointGaps {
   std::array<std::vector<double>, 3> middles_;
   std::vector<Sample> samples_;
   std::vector<Vec3d> crease_samples_;
+  // [place of the boundary, in the order of visits] where the hull was near it (HullQueries).
+  std::vector<int32_t> likely_;
 };
 
 }  // namespace amhex

@@ -213,6 +213,28 @@ TEST(HullQueries, IsWithinAgreesWithTheClosestPoint) {
   }
 }
 
+// Points that wander, by a little or all over the place, as what is remembered was far off or near.
+TEST(HullQueries, AnswersAreTheSameWhereTheLastOneIsRemembered) {
+  for (const TriangleMesh& solid : Solids()) {
+    const HullQueries queries = QueriesOf(solid);
+    const std::vector<Vec3d> probes = ProbesAround(solid, 200);
+    int32_t of_closest = -1, of_within = -1;
+    for (size_t i = 0; i < probes.size(); ++i) {
+      for (const double share : {0.0, 0.02, 0.5}) {
+        const Vec3d p = probes[i] + (probes[(i + 1) % probes.size()] - probes[i]) * share;
+        const HullPoint plain = queries.Closest(p), sooner = queries.Closest(p, of_closest);
+        EXPECT_EQ(sooner.point, plain.point);
+        EXPECT_EQ(sooner.triangle, plain.triangle);
+        EXPECT_EQ(sooner.distance, plain.distance);
+        for (const double reach : {0.05, 0.3, plain.distance}) {
+          EXPECT_EQ(queries.IsWithin(p, reach, of_within), queries.IsWithin(p, reach));
+        }
+      }
+    }
+    EXPECT_GE(of_within, 0);
+  }
+}
+
 TEST(HullQueries, BuildingStopsWhenAsked) {
   RunContext run;
   run.RequestStop();
