@@ -21,6 +21,8 @@ constexpr double kMostGapsPerFace = 0.5;
 // cells.
 constexpr int64_t kLeastTries = 96;
 constexpr int64_t kCellsPerTry = 50;
+// Places this near to one another may well see each other move, edge lengths.
+constexpr double kSeenAround = 7.0;
 constexpr double kFaceReach = 2.0;  // from a gap to the middle of the face that is nearest to it
 
 double DistanceTo(const CellFace& face, const std::vector<Vec3d>& at, const Vec3d& p) {
@@ -57,6 +59,9 @@ JointDraw::JointDraw(Placement& placement, const HullSampling& sampling,
       known_(placement.complex.vertices),
       changed_(placement.complex.vertices.size(), 0) {}
 
+// In the order in which they were made.
+using Moves = std::vector<std::shared_ptr<const DrawnPlace>>;
+
 // The placement once more, to find out on what would happen to it.
 struct JointDraw::Rehearsal {
   Rehearsal(const Placement& original, const HullSampling& sampling, const DeviationLimits& limits,
@@ -69,8 +74,10 @@ struct JointDraw::Rehearsal {
   Rehearsal(const Rehearsal&) = delete;
   Rehearsal& operator=(const Rehearsal&) = delete;
 
-  void CatchUp(const std::vector<DrawnPlace>& moves) {
-    for (; moves_seen < moves.size(); ++moves_seen) MoveTo(moves[moves_seen], placement);
+  // Those that it has not seen yet.
+  Moves MissedOf(const Moves& moves) {
+    const size_t first = std::exchange(moves_seen, moves.size());
+    return {moves.begin() + static_cast<int64_t>(first), moves.end()};
   }
 
   CellComplex complex;
@@ -87,38 +94,54 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
   }
   int64_t tries = std::max(kLeastTries, static_cast<int64_t>(complex.cells.size()) / kCellsPerTry);
   PlaceDraw draw(placement_, sampling_, limits_, floor_, detail_);
-  std::vector<DrawnPlace> moves;
+  Moves moves;
   oneapi::tbb::enumerable_thread_specific<std::unique_ptr<Rehearsal>> rehearsals;
   NoteMoves();
   const auto look = [&](size_t i) {
     Found found{CellAt(gaps[i]), clock_, {}};
-    if (found.cell < 0 || Stands(found.cell)) return found;
-    std::unique_ptr<Rehearsal>& own = rehearsals.local();
-    if (own == nullptr) {
-      own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, detail_,
-                                        moves.size());
+    Rehearsal* rehearsal = nullptr;
+    Moves missed;
+    if (found.cell >= 0 && !Stands(found.cell)) {
+      std::unique_ptr<Rehearsal>& own = rehearsals.local();
+      if (own == nullptr) {
+        own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, detail_,
+                                          moves.size());
+      }
+      missed = own->MissedOf(moves);
+      rehearsal = own.get();
     }
-    own->CatchUp(moves);
-    found.drawn = own->draw.Find(found.cell, RefusalAt(found.cell).lacked, run);
-    return found;
+    const double lacked = RefusalAt(found.cell).lacked;
+    return
+        [rehearsal, lacked, &run, found = std::move(found), missed = std::move(missed)]() mutable {
+          if (rehearsal == nullptr) return std::move(found);
+          for (const auto& move : missed) MoveTo(*move, rehearsal->placement);
+          found.drawn = rehearsal->draw.Find(found.cell, lacked, run);
+          return std::move(found);
+        };
+  };
+  const auto holds = [&](size_t i, const Found& found) {
+    const int32_t cell = CellAt(gaps[i]);
+    return cell < 0 || Stands(cell) || Holds(found, cell);
   };
   const auto take = [&](size_t i, std::optional<Found> found) {
-    if (tries <= 0) return Taken::kEnough;
+    if (tries <= 0) return false;
     const int32_t cell = CellAt(gaps[i]);
-    if (cell < 0 || Stands(cell)) return Taken::kHeld;
-    const bool holds = found.has_value() && Holds(*found, cell);
+    if (cell < 0 || Stands(cell)) return true;
     DrawnPlace drawn =
-        holds ? *std::move(found->drawn) : draw.Find(cell, RefusalAt(cell).lacked, run);
+        found.has_value() ? *std::move(found->drawn) : draw.Find(cell, RefusalAt(cell).lacked, run);
     if (drawn.outcome != DrawnPlace::Outcome::kNotTried) --tries;
     if (drawn.outcome == DrawnPlace::Outcome::kMoved) {
       Move(drawn, cell);
-      moves.push_back(std::move(drawn));
+      moves.push_back(std::make_shared<const DrawnPlace>(std::move(drawn)));
     } else {
       Refuse(std::move(drawn), cell);
     }
-    return holds ? Taken::kHeld : Taken::kAnew;
+    return true;
   };
-  TakeLookingAhead<Found>(gaps.size(), run, look, take);
+  const auto are_near = [&](size_t i, size_t j) {
+    return Norm(gaps[i].sample - gaps[j].sample) < kSeenAround;
+  };
+  TakeLookingAhead<Found>(gaps.size(), run, are_near, look, holds, take);
   known_ = complex.vertices;
   return !moves.empty();
 }

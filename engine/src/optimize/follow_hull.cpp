@@ -35,6 +35,8 @@ constexpr int kPasses = 2;
 constexpr int kPassesWherePointsScatter = 1;
 // Where only some places are followed, gaps this near to one of them are theirs.
 constexpr double kReachOfPlace = 3.0;
+// Gaps this near to one another may well see each other closed, edge lengths.
+constexpr double kSeenAround = 5.0;
 // What sweeps move by less leaves answers as they were, edge lengths.
 constexpr double kStirred = 0.01;
 // What raising jointly has gained is spent on the way to the hull, and gained once more.
@@ -58,13 +60,18 @@ class Rehearsal {
   Rehearsal(const Rehearsal&) = delete;
   Rehearsal& operator=(const Rehearsal&) = delete;
 
-  // What closing the gap would do. `closer` is at the end of `records`.
-  GapRecord Close(const Gap& gap, const GapCloser& closer, const std::vector<GapRecord>& records) {
+  // Becomes as `closer` is, which is at the end of `records`.
+  void CatchUp(const GapCloser& closer, const std::vector<GapRecord>& records) {
+    closer_.TakeFrom(closer, own_steps_);
+    own_steps_.clear();
     for (; seen_records_ < records.size(); ++seen_records_) {
       closer_.TakeFrom(closer, records[seen_records_].steps);
     }
+  }
+  // What closing the gap would do.
+  GapRecord Close(const Gap& gap) {
     GapRecord record = std::move(closer_.Close(gap));
-    closer_.TakeFrom(closer, record.steps);
+    own_steps_ = record.steps;
     return record;
   }
   void StartAt(size_t records) { seen_records_ = records; }
@@ -74,6 +81,7 @@ class Rehearsal {
   Placement placement_;
   GapCloser closer_;
   size_t seen_records_ = 0;
+  std::vector<GapRecord::Step> own_steps_;  // rehearsed since
 };
 
 // What closing a gap was found to do, and when (GapCloser::clock).
@@ -157,16 +165,27 @@ class Follower {
         own = std::make_unique<Rehearsal>(placement_, sampling_, limits_, floor_, closer_);
         own->StartAt(done.size());
       }
-      return FoundRecord{own->Close(distinct[i], closer_, done), closer_.clock()};
+      own->CatchUp(closer_, done);
+      return [rehearsal = own.get(), gap = &distinct[i], looked_at = closer_.clock()] {
+        return FoundRecord{rehearsal->Close(*gap), looked_at};
+      };
+    };
+    const auto holds = [&](size_t, const FoundRecord& found) {
+      return !closer_.HasChanged(found.record.seen, found.looked_at);
     };
     const auto take = [&](size_t i, std::optional<FoundRecord> found) {
-      const bool holds =
-          found.has_value() && !closer_.HasChanged(found->record.seen, found->looked_at);
-      if (holds) closer_.Repeat(found->record);
-      done.push_back(holds ? std::move(found->record) : std::move(closer_.Close(distinct[i])));
-      return holds ? Taken::kHeld : Taken::kAnew;
+      if (found.has_value()) {
+        closer_.Repeat(found->record);
+        done.push_back(std::move(found->record));
+      } else {
+        closer_.Close(distinct[i]);
+      }
+      return true;
     };
-    TakeLookingAhead<FoundRecord>(distinct.size(), run, look, take);
+    const auto are_near = [&](size_t i, size_t j) {
+      return Norm(distinct[i].sample - distinct[j].sample) < kSeenAround;
+    };
+    TakeLookingAhead<FoundRecord>(distinct.size(), run, are_near, look, holds, take);
     return run.CheckStop();
   }
 

@@ -5,8 +5,10 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,56 +17,126 @@
 
 namespace amhex {
 
-enum class Taken : uint8_t {
-  kHeld,   // what had been found still was so
-  kAnew,   // it had to be found again
-  kEnough  // and no other step is wanted
-};
+// Steps after the next one that are looked at before their turn.
+inline constexpr size_t kMostAhead = 128;
 
-// Steps that are looked at side by side. Of more of them more have to be found again, because one
-// before has moved what they saw: 0.06 for each one before on a bunny of 3,500 cells, 0.007 on an
-// igea of 5,200 that is noisy all over.
-inline constexpr size_t kFewestAhead = 4;
-inline constexpr size_t kMostAhead = 64;
-// Shares of a batch found again from which on the next one is smaller, and up to which larger.
-inline constexpr double kOftenAgain = 0.15;
-inline constexpr double kSeldomAgain = 0.05;
-
-// On one thread nothing is gained by looking ahead.
-inline bool HasSeveralThreads() {
+inline size_t ThreadCount() {
   using oneapi::tbb::global_control;
-  return global_control::active_value(global_control::max_allowed_parallelism) > 1;
+  return global_control::active_value(global_control::max_allowed_parallelism);
 }
 
-// Steps 0 … count - 1. look(i) finds a step's Found and changes nothing that others see;
-// take(i, found) makes the step, in turn, and tells by Taken what that was. `found` is empty where
-// nobody has looked. What take makes must be the same whether or not it is. Ends early when the run
-// is to stop.
-template <class Found, class Look, class Take>
-void TakeLookingAhead(size_t count, const RunContext& run, const Look& look, const Take& take) {
-  const bool looks_ahead = HasSeveralThreads();
-  size_t size = kFewestAhead;
-  for (size_t begin = 0, end = 0; begin < count; begin = end) {
-    end = std::min(begin + size, count);
-    std::vector<std::optional<Found>> found(end - begin);
-    if (looks_ahead && end - begin > 1) {
-      oneapi::tbb::parallel_for(begin, end, [&](size_t i) {
-        if (!run.ShouldStop()) found[i - begin].emplace(look(i));
-      });
+// One object for one row of steps.
+template <class Found, class AreNear, class Look, class Holds, class Take>
+class LookAhead {
+ public:
+  LookAhead(size_t count, const RunContext& run, const AreNear& are_near, const Look& look,
+            const Holds& holds, const Take& take)
+      : run_(run),
+        are_near_(are_near),
+        look_(look),
+        holds_(holds),
+        take_(take),
+        state_(count, State::kUnknown),
+        found_(count) {}
+
+  void Run() {
+    oneapi::tbb::parallel_for(size_t{0}, ThreadCount(), [this](size_t) {
+      std::unique_lock lock(mutex_);
+      try {
+        Work(lock);
+      } catch (...) {  // or the others would wait for what is never found
+        if (!lock.owns_lock()) lock.lock();
+        has_ended_ = true;
+        something_was_found_.notify_all();
+        throw;
+      }
+    });
+  }
+
+ private:
+  enum class State : uint8_t { kUnknown, kLookedAt, kFound };
+
+  // One thread's part, until all steps are taken.
+  void Work(std::unique_lock<std::mutex>& lock) {
+    while (!has_ended_ && next_ < state_.size()) {
+      const size_t i = StepToLookAt();
+      if (i == state_.size()) {
+        something_was_found_.wait(lock);
+        continue;
+      }
+      state_[i] = State::kLookedAt;
+      auto find = look_(i);
+      lock.unlock();
+      std::optional<Found> found;
+      if (!run_.ShouldStop()) found.emplace(find());
+      lock.lock();
+      found_[i] = std::move(found);
+      state_[i] = found_[i].has_value() ? State::kFound : State::kUnknown;
+      has_ended_ = has_ended_ || run_.ShouldStop();
+      TakeFound();
+      something_was_found_.notify_all();
     }
-    size_t again = 0;
-    for (size_t i = begin; i < end; ++i) {
-      if (run.ShouldStop()) return;
-      const Taken taken = take(i, std::move(found[i - begin]));
-      if (taken == Taken::kEnough) return;
-      again += taken == Taken::kAnew ? 1 : 0;
+  }
+
+  // The first that no step before is near to; else the first at all: most will not see anything
+  // move. The number of steps if there is none.
+  size_t StepToLookAt() const {
+    const size_t end = std::min(next_ + kMostAhead, state_.size());
+    size_t first = state_.size();
+    for (size_t i = next_; i < end; ++i) {
+      if (state_[i] != State::kUnknown) continue;
+      bool is_free = true;
+      for (size_t before = next_; before < i && is_free; ++before) is_free = !are_near_(before, i);
+      if (is_free) return i;
+      first = std::min(first, i);
     }
-    const double share = static_cast<double>(again) / static_cast<double>(end - begin);
-    if (share > kOftenAgain) {
-      size = std::max(size / 2, kFewestAhead);
-    } else if (share <= kSeldomAgain) {
-      size = std::min(2 * size, kMostAhead);
+    return first;
+  }
+
+  // Those whose turn it is. What was found and holds no more is forgotten.
+  void TakeFound() {
+    const size_t end = std::min(next_ + kMostAhead, state_.size());
+    while (!has_ended_ && next_ < state_.size() && state_[next_] == State::kFound) {
+      if (!holds_(next_, *found_[next_])) break;
+      has_ended_ = run_.ShouldStop() || !take_(next_, std::exchange(found_[next_], std::nullopt));
+      ++next_;
     }
+    for (size_t i = next_; i < end; ++i) {
+      if (state_[i] != State::kFound || holds_(i, *found_[i])) continue;
+      state_[i] = State::kUnknown;
+      found_[i].reset();
+    }
+  }
+
+  const RunContext& run_;
+  const AreNear& are_near_;
+  const Look& look_;
+  const Holds& holds_;
+  const Take& take_;
+  std::mutex mutex_;  // of all below, and of what steps change
+  std::condition_variable something_was_found_;
+  std::vector<State> state_;
+  std::vector<std::optional<Found>> found_;
+  size_t next_ = 0;
+  bool has_ended_ = false;
+};
+
+// Steps 0 … count - 1, in turn. look(i) looks at what there is and returns a function, which
+// finds the step's Found while others are looked at or taken, and so must not use what these
+// change. holds(i, found) tells whether looking now would find the same, or the step comes to
+// nothing anyway; take(i, found) makes the step and tells whether others are wanted. `found` holds,
+// and is empty where nobody has looked: what take makes must be the same. are_near(i, j) guesses
+// whether step i, before j, may change what j finds; a wrong guess costs time only. Ends early when
+// the run is to stop.
+template <class Found, class AreNear, class Look, class Holds, class Take>
+void TakeLookingAhead(size_t count, const RunContext& run, const AreNear& are_near,
+                      const Look& look, const Holds& holds, const Take& take) {
+  if (ThreadCount() > 1) {
+    LookAhead<Found, AreNear, Look, Holds, Take>(count, run, are_near, look, holds, take).Run();
+    return;
+  }
+  for (size_t i = 0; i < count; ++i) {
+    if (run.ShouldStop() || !take(i, std::optional<Found>())) return;
   }
 }
 

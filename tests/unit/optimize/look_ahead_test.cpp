@@ -5,7 +5,10 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <new>
+#include <thread>
 
 namespace amhex {
 namespace {
@@ -23,17 +26,22 @@ struct Sums {
     uint32_t sum;
     int64_t looked_at;
   };
-  Found Look(size_t i) const { return {number[i] + number[i - (i > 0)] + number[i / 2], clock}; }
-  Taken Take(size_t i, std::optional<Found> found) {
-    const bool holds = found.has_value() && changed[i - (i > 0)] <= found->looked_at &&
-                       changed[i / 2] <= found->looked_at;
+  uint32_t SumAt(size_t i) const { return number[i] + number[i - (i > 0)] + number[i / 2]; }
+  bool Take(size_t i, const std::optional<Found>& found) {
     found_ahead += found.has_value() ? 1 : 0;
-    if (i % every == 0) number[i] = holds ? found->sum : Look(i).sum, changed[i] = ++clock;
-    return holds ? Taken::kHeld : Taken::kAnew;
+    if (i % every == 0) number[i] = found.has_value() ? found->sum : SumAt(i), changed[i] = ++clock;
+    return true;
   }
-  void Run(const RunContext& run) {
+  // Guesses that a step changes what those up to `reach` behind it find.
+  void Run(size_t reach) {
     TakeLookingAhead<Found>(
-        kSteps, run, [&](size_t i) { return Look(i); },
+        kSteps, RunContext(), [&](size_t i, size_t j) { return j - i <= reach; },
+        [&](size_t i) {
+          return [found = Found{SumAt(i), clock}] { return found; };
+        },
+        [&](size_t i, const Found& found) {
+          return changed[i - (i > 0)] <= found.looked_at && changed[i / 2] <= found.looked_at;
+        },
         [&](size_t i, std::optional<Found> found) { return Take(i, found); });
   }
 
@@ -44,19 +52,43 @@ struct Sums {
   size_t found_ahead = 0;
 };
 
-TEST(LookAhead, ComesToTheSameOnAnyNumberOfThreads) {
+TEST(LookAhead, ComesToTheSameOnAnyNumberOfThreadsAndWhateverIsGuessed) {
   for (const size_t every : {1, 2, 50}) {
-    Sums single(every), several(every);
+    Sums single(every);
     {
       const global_control one(global_control::max_allowed_parallelism, 1);
-      single.Run(RunContext());
+      single.Run(1);
     }
-    const global_control more(global_control::max_allowed_parallelism, kThreads);
-    several.Run(RunContext());
-    EXPECT_EQ(several.number, single.number) << every;
     EXPECT_EQ(single.found_ahead, 0U);
-    EXPECT_GT(several.found_ahead, kSteps / 2) << "or the test shows nothing";
+    const global_control more(global_control::max_allowed_parallelism, kThreads);
+    for (const size_t reach : {0, 1, 20}) {
+      Sums several(every);
+      several.Run(reach);
+      EXPECT_EQ(several.number, single.number) << every << " " << reach;
+      EXPECT_EQ(several.found_ahead, kSteps);
+    }
   }
+}
+
+const auto kNoneIsNear = [](size_t, size_t) { return false; };
+
+TEST(LookAhead, LooksAtStepsSideBySide) {
+  const global_control more(global_control::max_allowed_parallelism, kThreads);
+  std::atomic<int> looking = 0, most = 0;
+  const auto look = [&](size_t) {
+    return [&] {
+      int seen = ++looking;
+      for (int known = most; seen > known && !most.compare_exchange_weak(known, seen);) {
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      return --looking;
+    };
+  };
+  TakeLookingAhead<int>(
+      kSteps, RunContext(), kNoneIsNear, look, [](size_t, int) { return true; },
+      [](size_t, std::optional<int>) { return true; });
+  if (std::thread::hardware_concurrency() > 1) EXPECT_GT(most, 1);
+  EXPECT_LE(most, kThreads);
 }
 
 TEST(LookAhead, EndsWithTheStepThatIsEnough) {
@@ -64,13 +96,26 @@ TEST(LookAhead, EndsWithTheStepThatIsEnough) {
   constexpr size_t kLast = 100;
   std::vector<size_t> taken;
   TakeLookingAhead<size_t>(
-      kSteps, RunContext(), [](size_t i) { return i; },
-      [&](size_t i, std::optional<size_t>) {
+      kSteps, RunContext(), kNoneIsNear, [](size_t i) { return [i] { return i; }; },
+      [](size_t, size_t) { return true; },
+      [&](size_t i, std::optional<size_t> found) {
+        EXPECT_EQ(found, i);
         taken.push_back(i);
-        return i == kLast ? Taken::kEnough : Taken::kHeld;
+        return i != kLast;
       });
   ASSERT_EQ(taken.size(), kLast + 1);
   for (size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(taken[i], i);
+}
+
+TEST(LookAhead, PassesOnWhatIsThrownWhereAStepIsLookedAt) {
+  const global_control more(global_control::max_allowed_parallelism, kThreads);
+  const auto run = [] {
+    TakeLookingAhead<size_t>(
+        kSteps, RunContext(), kNoneIsNear,
+        [](size_t i) { return [i] { return i < kSteps / 2 ? i : throw std::bad_alloc(); }; },
+        [](size_t, size_t) { return true; }, [](size_t, std::optional<size_t>) { return true; });
+  };
+  EXPECT_THROW(run(), std::bad_alloc);
 }
 
 TEST(LookAhead, TakesNothingMoreWhenTheRunIsToStop) {
@@ -79,11 +124,12 @@ TEST(LookAhead, TakesNothingMoreWhenTheRunIsToStop) {
   std::atomic<size_t> looked = 0;
   size_t taken = 0;
   TakeLookingAhead<int>(
-      kSteps, run, [&](size_t) { return ++looked, 0; },
+      kSteps, run, kNoneIsNear, [&](size_t) { return [&] { return ++looked, 0; }; },
+      [](size_t, int) { return true; },
       [&](size_t, std::optional<int>) {
         ++taken;
         run.RequestStop();
-        return Taken::kHeld;
+        return true;
       });
   EXPECT_EQ(taken, 1U);
   EXPECT_LT(looked, kSteps);
