@@ -54,6 +54,13 @@ void KeepWorst(std::vector<HingeRow>* rows) {
 JointPlace::JointPlace(Placement& placement)
     : view_(ViewOf(placement)), point_of_(static_cast<size_t>(view_.vertices.size), -1) {}
 
+JointPlace::Extent JointPlace::ExtentOf(const std::vector<int32_t>& poor) {
+  Collect(poor);
+  Extent extent{moving_, Seen()};
+  Forget();
+  return extent;
+}
+
 void JointPlace::Enter(const std::vector<int32_t>& poor) {
   is_loose_ = false;
   Collect(poor);
@@ -113,6 +120,10 @@ VertexConstraint JointPlace::ConstraintOf(int32_t vertex) const {
 
 void JointPlace::Leave() {
   for (const int32_t c : cells_) SurveyCell(view_, c);
+  Forget();
+}
+
+void JointPlace::Forget() {
   for (const int32_t v : moving_) point_of_[v] = -1;
 }
 

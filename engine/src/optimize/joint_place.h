@@ -36,6 +36,12 @@ class JointPlace {
  public:
   explicit JointPlace(Placement& placement);
 
+  // What moves and what is looked at in the place of these cells: vertices, ascending.
+  struct Extent {
+    std::vector<int32_t> moving, seen;
+  };
+  Extent ExtentOf(const std::vector<int32_t>& poor);
+
   // Goes to the place of these cells. What may move are their vertices and those of the cells at
   // them, as far as constraints admit.
   void Enter(const std::vector<int32_t>& poor);
@@ -76,6 +82,7 @@ class JointPlace {
  private:
   using Rows = std::vector<HingeRow>;
   void Collect(const std::vector<int32_t>& cells);
+  void Forget();
   VertexConstraint ConstraintOf(int32_t vertex) const;
   void AppendCorners(int32_t cell, double wanted, Rows* rows, Rows* guards) const;
   void AppendFoldGuard(int32_t cell, double now, double least, Rows* rows);

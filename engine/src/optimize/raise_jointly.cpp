@@ -1,5 +1,8 @@
 #include "optimize/raise_jointly.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <utility>
@@ -102,15 +105,44 @@ std::vector<std::vector<int32_t>> PoorPlaces(const PlacementView& view, double w
   return places;
 }
 
+// Groups of places, so that none of a group moves what another of it looks at, and of two that do
+// the first is in an earlier group: all of a group at once come to what they come to in turn.
+std::vector<std::vector<size_t>> IndependentPlaces(const std::vector<std::vector<int32_t>>& places,
+                                                   int64_t vertex_count, JointPlace& place) {
+  std::vector<std::vector<size_t>> groups;
+  // [vertex] groups up to the last one that moves it, and that looks at it
+  std::vector<size_t> moved_until(static_cast<size_t>(vertex_count), 0);
+  std::vector<size_t> seen_until = moved_until;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const JointPlace::Extent extent = place.ExtentOf(places[i]);
+    size_t group = 0;
+    for (const int32_t v : extent.seen) group = std::max(group, moved_until[v]);
+    for (const int32_t v : extent.moving) group = std::max(group, seen_until[v]);
+    if (group == groups.size()) groups.emplace_back();
+    groups[group].push_back(i);
+    for (const int32_t v : extent.moving) moved_until[v] = group + 1;
+    for (const int32_t v : extent.seen) seen_until[v] = std::max(seen_until[v], group + 1);
+  }
+  return groups;
+}
+
 }  // namespace
 
 void RaiseJointly(Placement& placement, double wanted, const RunContext& run) {
-  JointPlace place(placement);
-  for (const std::vector<int32_t>& poor : PoorPlaces(ViewOf(placement), wanted)) {
-    if (run.ShouldStop()) return;
-    place.Enter(poor);
-    RaisePlace(wanted, run, &place);
-    place.Leave();
+  const std::vector<std::vector<int32_t>> places = PoorPlaces(ViewOf(placement), wanted);
+  if (places.empty()) return;
+  JointPlace first(placement);
+  const auto groups =
+      IndependentPlaces(places, static_cast<int64_t>(placement.complex.vertices.size()), first);
+  oneapi::tbb::enumerable_thread_specific<JointPlace> own(first);
+  for (const std::vector<size_t>& group : groups) {
+    oneapi::tbb::parallel_for(size_t{0}, group.size(), [&](size_t i) {
+      if (run.ShouldStop()) return;
+      JointPlace& place = own.local();
+      place.Enter(places[group[i]]);
+      RaisePlace(wanted, run, &place);
+      place.Leave();
+    });
   }
 }
 

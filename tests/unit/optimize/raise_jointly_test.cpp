@@ -3,6 +3,7 @@
 #include "optimize/raise_jointly.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include "optimize/raise_quality.h"
 #include "support/grid_complex.h"
@@ -103,6 +104,30 @@ TEST(RaiseJointly, SurveysWhatItHasMoved) {
   const std::vector<float> kept = placement.survey.min_scaled_jacobian;
   SurveyAllCells(placement);
   EXPECT_EQ(placement.survey.min_scaled_jacobian, kept);
+}
+
+// Many places, some of which see each other move.
+TEST(RaiseJointly, ComesToTheSameOnAnyNumberOfThreads) {
+  using oneapi::tbb::global_control;
+  constexpr GridSize kLarge{24, 6, 4};
+  const Hull hull = GridHull(kLarge, 0.5);
+  const HullFeatures features(hull);
+  const auto raised = [&](int threads) {
+    const global_control limit(global_control::max_allowed_parallelism, threads);
+    CellComplex complex = GridComplex(kLarge);
+    for (const int x : {2, 5, 11, 16, 17, 21}) {
+      complex.vertices[GridVertex(kLarge, x, 3, 3)] += Vec3d{0.5, 0.4, 0.02 * x};
+      complex.vertices[GridVertex(kLarge, x, 3, 4)] += Vec3d{-0.5, 0.3, 0};
+    }
+    EXPECT_LT(Minimum(complex), 0.25);
+    Placement placement = PreparePlacement(complex, features);
+    Raise(placement);
+    EXPECT_GT(Minimum(complex), 0.25) << "or there is nothing to compare";
+    return complex.vertices;
+  };
+  const std::vector<Vec3d> single = raised(1);
+  EXPECT_EQ(raised(4), single);
+  EXPECT_EQ(raised(7), single);
 }
 
 TEST(RaiseJointly, MovesNothingInARunThatIsToStop) {
