@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 #include <utility>
 
@@ -13,9 +12,7 @@
 namespace amhex {
 namespace {
 
-// Vertices between two looks at the stop flag: some milliseconds of work.
-constexpr size_t kVerticesPerPoll = 64;
-constexpr size_t kCellsPerBlock = 256;
+constexpr size_t kCellsPerBlock = 64;
 constexpr float kFirstStep = 0.1F;  // edge lengths
 
 template <class T>
@@ -112,25 +109,6 @@ void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMem
     }
   }
   RenewSurvey(touched, placement, poll);
-}
-
-absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
-                           const std::function<void(int32_t)>& visit) {
-  for (const std::vector<int32_t>& colour : neighbourhoods.colours) {
-    std::atomic<bool> stopped{false};
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, colour.size(), kVerticesPerPoll),
-                      [&](const tbb::blocked_range<size_t>& range) {
-                        for (size_t i = range.begin(); i < range.end(); ++i) {
-                          if ((i - range.begin()) % kVerticesPerPoll == 0 && run.ShouldStop()) {
-                            stopped.store(true, std::memory_order_relaxed);
-                            return;
-                          }
-                          visit(colour[i]);
-                        }
-                      });
-    if (stopped.load()) return run.CheckStop();
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace amhex

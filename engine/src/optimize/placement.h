@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
@@ -63,11 +62,5 @@ void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMem
 
 // Room for the cells around one vertex, on the stack for most.
 using LocalRoom = absl::InlinedVector<LocalCell, 10>;
-
-// Calls `visit(v)` for every vertex, colour by colour, those of one colour in parallel; `visit` may
-// move v and read the cells around it. The result does not depend on the thread count. Ends early
-// with the reason when the run is to stop.
-absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
-                           const std::function<void(int32_t)>& visit);
 
 }  // namespace amhex

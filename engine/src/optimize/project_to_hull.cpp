@@ -11,6 +11,7 @@
 #include "optimize/lane_cells.h"
 #include "optimize/project_vertex.h"
 #include "optimize/sweep_task.h"
+#include "optimize/visit_by_colour.h"
 
 namespace amhex {
 namespace {
@@ -31,11 +32,12 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
   task.projection_floor = quality_floor;
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
-    const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
-      if (!IsOnHull(task.placement, v)) return;
-      LocalRoom room(static_cast<size_t>(task.placement.cells_at[v].size));
-      moved[v] = ProjectVertex<LaneCells>(task.placement, v, quality_floor, room.data());
-    });
+    const absl::Status status = VisitByColour(
+        placement.neighbourhoods, run, [&](int32_t v) { return IsOnHull(task.placement, v); },
+        [&](int32_t v) {
+          LocalRoom room(static_cast<size_t>(task.placement.cells_at[v].size));
+          moved[v] = ProjectVertex<LaneCells>(task.placement, v, quality_floor, room.data());
+        });
     if (!status.ok()) return status;
     NoteMoves(moved, placement, memory, StopPoll(run));
     task.projected_count = std::count(moved.begin(), moved.end(), 1);

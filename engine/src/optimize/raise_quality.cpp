@@ -12,6 +12,7 @@
 #include "optimize/cell_quality.h"
 #include "optimize/lane_cells.h"
 #include "optimize/sweep_task.h"
+#include "optimize/visit_by_colour.h"
 
 namespace amhex {
 namespace {
@@ -28,11 +29,12 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
                           {memory.active.data(), vertex_count},
                           {memory.step.data(), vertex_count},
                           {moved.data(), vertex_count}};
-  const absl::Status status = VisitByColour(placement.neighbourhoods, run, [&](int32_t v) {
-    if (!sweep.Wants(v)) return;
-    LocalRoom room(static_cast<size_t>(placement.neighbourhoods.cells[v].size()));
-    sweep.Visit<LaneCells>(v, room.data());
-  });
+  const absl::Status status = VisitByColour(
+      placement.neighbourhoods, run, [&](int32_t v) { return sweep.Wants(v); },
+      [&](int32_t v) {
+        LocalRoom room(static_cast<size_t>(placement.neighbourhoods.cells[v].size()));
+        sweep.Visit<LaneCells>(v, room.data());
+      });
   if (!status.ok()) return status;
   std::fill(memory.active.begin(), memory.active.end(), 0);
   NoteMoves(moved, placement, memory, StopPoll(run));
