@@ -82,33 +82,34 @@ HingeFit::HingeFit(std::vector<HingeRow> rows, int64_t point_count)
   const auto lacking = static_cast<size_t>(
       std::count_if(rows_.begin(), rows_.end(), [](const HingeRow& row) { return row.lack > 0; }));
   is_by_rows_ = lacking <= kMostRowsPerPoint * point_count_;
-  if (is_by_rows_) MultiplyRows();
+  if (!is_by_rows_) return;
+  number_.assign(rows_.size(), kNotMultiplied);
+  rows_at_.resize(point_count_);
 }
 
-void HingeFit::MultiplyRows() {
-  products_.assign(rows_.size() * rows_.size(), 0.0);
-  std::vector<Vec3d> falls(point_count_);                  // of one row, zero elsewhere
-  std::vector<std::vector<size_t>> rows_at(point_count_);  // so far
-  std::vector<size_t> met_by(rows_.size(), rows_.size());  // [row] the last that shares a point
-  for (size_t a = 0; a < rows_.size(); ++a) {
-    for (const HingeRow::Slope& slope : rows_[a].slopes) {
-      falls[slope.point] = slope.fall;
-      rows_at[slope.point].push_back(a);
-    }
-    for (const HingeRow::Slope& shared : rows_[a].slopes) {
-      for (const size_t b : rows_at[shared.point]) {
-        if (std::exchange(met_by[b], a) == a) continue;
-        for (const HingeRow::Slope& slope : rows_[b].slopes) {
-          ProductOf(a, b) += Dot(falls[slope.point], slope.fall);
+// With those that have been before. A sum goes along the points of the earlier one of two rows.
+void HingeFit::Multiply(size_t row) {
+  if (number_[row] != kNotMultiplied) return;
+  const auto own = static_cast<int32_t>(numbered_.size());
+  number_[row] = own;
+  numbered_.push_back(row);
+  std::vector<double>& products = products_.emplace_back(numbered_.size(), 0.0);
+  std::vector<uint8_t> is_met(numbered_.size(), 0);
+  for (const HingeRow::Slope& slope : rows_[row].slopes) rows_at_[slope.point].push_back(own);
+  for (const HingeRow::Slope& shared : rows_[row].slopes) {
+    for (const int32_t other : rows_at_[shared.point]) {
+      if (std::exchange(is_met[other], 1) != 0) continue;
+      const size_t first = std::min(row, numbered_[other]), last = std::max(row, numbered_[other]);
+      for (const HingeRow::Slope& slope : rows_[first].slopes) {
+        for (const HingeRow::Slope& of_last : rows_[last].slopes) {
+          if (of_last.point == slope.point) products[other] += Dot(of_last.fall, slope.fall);
         }
-        ProductOf(b, a) = ProductOf(a, b);
       }
     }
-    for (const HingeRow::Slope& slope : rows_[a].slopes) falls[slope.point] = Vec3d{};
   }
 }
 
-std::vector<Vec3d> HingeFit::Solve(double damping) const {
+std::vector<Vec3d> HingeFit::Solve(double damping) {
   std::vector<Vec3d> moves(point_count_);
   std::vector<size_t> active;
   for (int round = 0; round < kMostRounds; ++round) {
@@ -123,11 +124,15 @@ std::vector<Vec3d> HingeFit::Solve(double damping) const {
   return moves;
 }
 
-std::vector<Vec3d> HingeFit::MovesByRows(const std::vector<size_t>& active, double damping) const {
+std::vector<Vec3d> HingeFit::MovesByRows(const std::vector<size_t>& active, double damping) {
+  for (const size_t row : active) Multiply(row);
   const size_t n = active.size(), stride = PaddedToLanes(n);
   std::vector<double> matrix(n * stride), factors(n);
   for (size_t i = 0; i < n; ++i) {
-    for (size_t j = i; j < n; ++j) matrix[i * stride + j] = ProductOf(active[i], active[j]);
+    for (size_t j = i; j < n; ++j) {
+      const auto [low, high] = std::minmax(number_[active[i]], number_[active[j]]);
+      matrix[i * stride + j] = products_[high][low];
+    }
     matrix[i * stride + i] += damping;
     factors[i] = rows_[active[i]].lack;
   }

@@ -27,21 +27,24 @@ class HingeFit {
  public:
   HingeFit(std::vector<HingeRow> rows, int64_t point_count);
 
-  std::vector<Vec3d> Solve(double damping) const;  // [point]
+  std::vector<Vec3d> Solve(double damping);  // [point]
 
  private:
   // With F the falls of the active rows, the best moves are F^T x where (F F^T + damping) x = lack,
   // and they are where (F^T F + damping) moves = F^T lack.
-  std::vector<Vec3d> MovesByRows(const std::vector<size_t>& active, double damping) const;
+  std::vector<Vec3d> MovesByRows(const std::vector<size_t>& active, double damping);
   std::vector<Vec3d> MovesByPoints(const std::vector<size_t>& active, double damping) const;
-  void MultiplyRows();
-  double& ProductOf(size_t a, size_t b) { return products_[a * rows_.size() + b]; }
-  double ProductOf(size_t a, size_t b) const { return products_[a * rows_.size() + b]; }
+  void Multiply(size_t row);
 
   std::vector<HingeRow> rows_;
   size_t point_count_ = 0;
   bool is_by_rows_ = true;
-  std::vector<double> products_;  // [row][row] of their falls, by rows
+  // Of rows that have been active so far, as few ever are.
+  static constexpr int32_t kNotMultiplied = -1;
+  std::vector<int32_t> number_;                // [row] in the order in which they came to be
+  std::vector<size_t> numbered_;               // the other way round
+  std::vector<std::vector<int32_t>> rows_at_;  // [point] their numbers
+  std::vector<std::vector<double>> products_;  // [number][number up to that] of their falls
 };
 
 }  // namespace amhex

@@ -33,7 +33,7 @@ TEST(HingeFit, OfNothingMovesNothing) {
 }
 
 TEST(HingeFit, MovesNothingWhereNothingLacks) {
-  const HingeFit fit({{-0.1, {{0, {1, 0, 0}}}}}, 1);
+  HingeFit fit({{-0.1, {{0, {1, 0, 0}}}}}, 1);
   EXPECT_EQ(fit.Solve(1), std::vector<Vec3d>(1));
 }
 
