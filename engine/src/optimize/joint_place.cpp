@@ -36,6 +36,7 @@ constexpr Guard kFoldGuard = {kNearFolding, 0.002, 20};
 // by less, but breaks them. Each time that guards are to hold more firmly they weigh so much more.
 constexpr double kFirmer = 8;
 constexpr double kMostFirmness = 64;
+constexpr double kStuckShare = 1e-3;  // of a move that is wanted, done: it is not moved at all
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
 constexpr double kOnFeature = 0.02;       // a vertex this near to its crease is on it
 
@@ -359,14 +360,19 @@ void JointPlace::Move(const std::vector<Vec3d>& moves) {
   for (const Vec3d& move : moves) longest = std::max(longest, Norm(move));
   for (size_t i = 0; i < moving_.size(); ++i) {
     const VertexConstraint& constraint = freedoms_[i].constraint;
-    Vec3d place = view_.vertices[moving_[i]] + moves[i] * (kLongestMove / longest);
-    if (constraint.kind != Constraint::kFree) {
-      // As in VertexSearch: one that has not reached the hull keeps its offset.
-      const Freedom& from = freedoms_[i];
-      place = ConstrainFrom(constraint, place - from.offset, from.foot, view_.features).point +
-              from.offset;
+    const Vec3d move = moves[i] * (kLongestMove / longest);
+    Vec3d& vertex = view_.vertices[moving_[i]];
+    if (constraint.kind == Constraint::kFree) {
+      vertex += move;
+      continue;
     }
-    view_.vertices[moving_[i]] = place;
+    // As in VertexSearch: one that has not reached the hull keeps its offset.
+    const Freedom& from = freedoms_[i];
+    const Vec3d place =
+        ConstrainFrom(constraint, vertex + move - from.offset, from.foot, view_.features).point +
+        from.offset;
+    // At the end of its crease a vertex stays. Rounding alone would fold cells that barely do not.
+    if (Norm(place - vertex) > kStuckShare * Norm(move)) vertex = place;
   }
 }
 
