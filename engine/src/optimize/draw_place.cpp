@@ -22,6 +22,9 @@ constexpr double kLeastDamping = 1e-5;
 constexpr double kMostDamping = 100;
 constexpr double kEasier = 0.3;  // after a step that was taken
 constexpr double kHarder = 4;    // after one that was refused
+// Many distances come down at the cost of the largest. Where it would grow, those beyond the limit
+// weigh more, up to this.
+constexpr double kMostFarWeight = 64;
 // A place this far below its limits is done.
 constexpr double kEnough = 0.97;
 // A place that keeps more of what it lacked than this has gained nothing.
@@ -53,7 +56,7 @@ class Attempt {
 
   void Run(const RunContext& run) {
     cells_ = place_.Judge(floor_);
-    HingeFit fit = place_.FitHere(cells_, floor_, around_.Rows());
+    HingeFit fit = FitHere();
     double damping = kFirstDamping;
     for (int step = 0; step < kMostSteps && damping < kMostDamping; ++step) {
       if (IsWithin(now_, kEnough) || run.ShouldStop()) break;
@@ -67,11 +70,11 @@ class Attempt {
           break;
         }
         damping = std::max(kLeastDamping, damping * kEasier);
-      } else if (outcome == Outcome::kNoGain || !place_.GuardMoreFirmly()) {
+      } else if (!WeighOtherwise(outcome)) {
         damping *= kHarder;
         continue;
       }
-      fit = place_.FitHere(cells_, floor_, around_.Rows());
+      fit = FitHere();
     }
   }
 
@@ -83,7 +86,17 @@ class Attempt {
   void TakeBack() { place_.MoveBack(before_); }
 
  private:
-  enum class Outcome : uint8_t { kTaken, kNoGain, kBreaks };
+  enum class Outcome : uint8_t { kTaken, kNoGain, kFarther, kBreaks };
+
+  HingeFit FitHere() { return place_.FitHere(cells_, floor_, around_.Rows(far_weight_)); }
+
+  // So that the next fit of here does not end like that; false if nothing more can be done.
+  bool WeighOtherwise(Outcome outcome) {
+    if (outcome == Outcome::kBreaks) return place_.GuardMoreFirmly();
+    if (outcome != Outcome::kFarther || far_weight_ >= kMostFarWeight) return false;
+    far_weight_ *= kHarder;
+    return true;
+  }
 
   void NoteIfBest() {
     const bool is_mended = start_.largest > limits_.limit && now_.largest <= limits_.limit;
@@ -114,7 +127,7 @@ class Attempt {
           return Outcome::kTaken;
         }
         place_.MoveBack(from);
-        return Outcome::kNoGain;
+        return then.largest > MostAllowed() ? Outcome::kFarther : Outcome::kNoGain;
       }
       place_.MoveBack(from);
       for (Vec3d& move : moves) move *= 0.5;
@@ -126,8 +139,9 @@ class Attempt {
            deviation.largest_of_creases <= share * limits_.creases;
   }
   bool IsGain(const JointDeviation& then) const {
-    return then.total() < now_.total() && then.largest <= std::max(start_.largest, limits_.limit);
+    return then.total() < now_.total() && then.largest <= MostAllowed();
   }
+  double MostAllowed() const { return std::max(start_.largest, limits_.limit); }
 
   const DeviationLimits& limits_;
   const double floor_;
@@ -141,6 +155,7 @@ class Attempt {
   std::optional<std::vector<Vec3d>> best_;
   double best_gain_ = 0;
   bool is_best_mended_ = false;
+  double far_weight_ = 1;
 };
 
 }  // namespace

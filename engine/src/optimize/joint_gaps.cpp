@@ -317,7 +317,7 @@ JointDeviation JointGaps::Judge() {
   return result;
 }
 
-std::vector<VertexRow> JointGaps::Rows() {
+std::vector<VertexRow> JointGaps::Rows(double far_weight) {
   std::vector<VertexRow> rows;
   VisitDistances(kSeenShare,
                  [&](Kind kind, double distance, const Vec3d& of_hull, const auto& mean_of) {
@@ -325,10 +325,12 @@ std::vector<VertexRow> JointGaps::Rows() {
                    const Mean mean = mean_of();
                    const Vec3d towards = (of_hull - mean.point) / distance;
                    VertexRow& row = rows.emplace_back();
-                   row.lack = distance - AimFor(kind);
+                   const bool is_far = kind != Kind::kCrease && distance > limits_.limit;
+                   const double weight = is_far ? far_weight : 1.0;
+                   row.lack = (distance - AimFor(kind)) * weight;
                    for (size_t j = 0; j < mean.vertex.size(); ++j) {
                      if (mean.weight[j] != 0)
-                       row.slopes.push_back({mean.vertex[j], towards * mean.weight[j]});
+                       row.slopes.push_back({mean.vertex[j], towards * (mean.weight[j] * weight)});
                    }
                  });
   return rows;

@@ -38,8 +38,9 @@ class JointGaps {
 
   // As the vertices are.
   JointDeviation Judge();
-  // Every distance beyond what is aimed at, and those within that a step might bring there.
-  std::vector<VertexRow> Rows();
+  // Every distance beyond what is aimed at, and those within that a step might bring there. What is
+  // beyond the limit weighs `far_weight` times as much.
+  std::vector<VertexRow> Rows(double far_weight = 1);
 
  private:
   struct Face {
