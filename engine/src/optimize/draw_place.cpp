@@ -99,7 +99,7 @@ class Attempt {
   }
 
   void NoteIfBest() {
-    const bool is_mended = start_.largest > limits_.limit && now_.largest <= limits_.limit;
+    const bool is_mended = start_.largest > limits_.mended && now_.largest <= limits_.mended;
     if (!is_mended && now_.total() > kWorthwhileShare * start_.total()) return;
     const double worth = (is_mended ? limits_.worth : 0) + kWorth * (start_.cost - now_.cost) +
                          kWorthOfCreases * (start_.cost_of_creases - now_.cost_of_creases);

@@ -22,8 +22,9 @@ constexpr size_t kMostPlaces = 64;
 constexpr int kRounds = 5;
 // Of the limits: distances are measured at other places than these, too.
 constexpr double kMargin = 0.94;
-// Of coming within the limit (DeviationLimits::worth): nothing else will mend the place.
-constexpr double kWorthAtLast = 2;
+constexpr double kMarginOfMended = 0.97;
+// Of coming near enough (DeviationLimits::worth): nothing else will mend the place.
+constexpr double kWorthAtLast = 4;
 // No cell that is better falls below this, and at first none below the mesh's minimum, which counts
 // up to here.
 constexpr double kLeastQuality = 0.31;
@@ -102,6 +103,7 @@ absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
   const HullSampling sampling(hull, placement, poll);
   DeviationLimits limits = LimitsFor(hull);
   limits.limit *= kMargin;
+  limits.mended *= kMarginOfMended;
   limits.worth = kWorthAtLast;
   const std::vector<Vec3d> before = complex.vertices;
   RestDraw(placement, sampling, limits).Run(run);

@@ -115,6 +115,7 @@ DeviationLimits LimitsFor(const Hull& hull) {
   DeviationLimits limits;
   limits.limit = std::max(kShareOfDiagonal * hull.box.Diagonal(), kShareOfEdge);
   limits.free = kFreeShare * limits.limit;
+  limits.mended = limits.limit;
   return limits;
 }
 

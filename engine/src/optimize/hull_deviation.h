@@ -19,7 +19,8 @@ struct DeviationLimits {
   double limit = 0;      // of a distance between hull and boundary
   double free = 0;       // distances below this do not count
   double creases = 0.1;  // of the distance of a crease from the nearest edge of the boundary
-  // What a place's coming within the limit may cost where it is drawn jointly, in units of what
+  double mended = 0;     // what has come down to this is near enough, if more is aimed at
+  // What a place's becoming near enough may cost where it is drawn jointly, in units of what
   // cells lack to a scaled Jacobian of 1.
   double worth = 0.5;
 };
