@@ -86,6 +86,26 @@ TEST(JointGaps, RowsHaveTheSlopesOfTheCost) {
   EXPECT_GT(steep, 5) << "or the test shows nothing";
 }
 
+TEST(JointGaps, WeighsWhatIsBeyondTheLimitAsAsked) {
+  Scene scene({2.4, 0.6});
+  JointGaps around(scene.sampling, scene.placement, scene.limits);
+  ASSERT_TRUE(around.Enter(scene.AllVertices()));
+  const std::vector<VertexRow> plain = around.Rows(), weighed = around.Rows(4);
+  ASSERT_EQ(weighed.size(), plain.size());
+  int far = 0;
+  for (size_t i = 0; i < plain.size(); ++i) {
+    const double weight = weighed[i].lack / plain[i].lack;
+    EXPECT_TRUE(weight == 4 || weight == 1) << weight;
+    far += weight == 4 ? 1 : 0;
+    for (size_t j = 0; j < plain[i].slopes.size(); ++j) {
+      const Vec3d expected = plain[i].slopes[j].fall * weight;
+      EXPECT_LT(Norm(weighed[i].slopes[j].fall - expected), 1e-12);
+    }
+  }
+  EXPECT_GT(far, 0);
+  EXPECT_LT(far, static_cast<int>(plain.size()));
+}
+
 TEST(JointGaps, SeesWhatIsFarthest) {
   Scene scene({2.4, 0.6});
   const std::vector<Gap> gaps = scene.Gaps();

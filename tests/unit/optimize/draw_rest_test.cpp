@@ -174,10 +174,38 @@ TEST(DrawRest, LowersTheMinimumOnlyWhereAllIsNearAfterwards) {
   EXPECT_GT(kept, 0) << "or the test shows nothing";
 }
 
-TEST(DrawRest, LeavesAHullThatIsFarInManyPlacesAsItIs) {
-  const Roof roof{2.5, 0.5, {6, 180, 3}};  // every gap along the ridge is a place
-  const CellComplex complex = CubesUnder(roof);
-  EXPECT_EQ(Drawn(complex, HullUnder(roof)).vertices, complex.vertices);
+// Every gap along the ridge is a place.
+constexpr Roof kLongRoof{2.5, 1.1, {6, 72, 3}};
+constexpr size_t kMany = 64;
+
+size_t CountPlaces(CellComplex complex, const Hull& hull) {
+  const HullFeatures features(hull);
+  const Placement placement = PreparePlacement(complex, features);
+  const double limit = LimitsFor(hull).limit;
+  const auto gaps = HullSampling(hull, placement).GapsBeyond(limit, {}, FaceDetail::kClosely);
+  return DistinctGaps(gaps, {}).size();
+}
+
+TEST(DrawRest, DrawsTheFarthestWhereAHullIsFarInManyPlaces) {
+  const Hull hull = HullUnder(kLongRoof);
+  const CellComplex complex = CubesUnder(kLongRoof);
+  ASSERT_GT(CountPlaces(complex, hull), kMany);
+  const CellComplex drawn = Drawn(complex, hull);
+  EXPECT_LT(CountPlaces(drawn, hull), kMany / 4);
+  EXPECT_GE(SummarizeQuality(drawn).minimum, 0.31);
+}
+
+TEST(DrawRest, LeavesScatteredPointsThatAreFarInManyPlacesAsTheyAre) {
+  Hull hull = HullUnder(kLongRoof);
+  for (int i = 0; i < 400; ++i) {
+    const double z = kLongRoof.size.nz + (i % 4 == 0 ? 1.0 : 0.0);
+    hull.input_points.push_back({0.5, 1 + i * 0.17, z});
+  }
+  CellComplex complex = CubesUnder(kLongRoof);
+  const HullFeatures features(hull);
+  const Placement placement = PreparePlacement(complex, features);
+  ASSERT_TRUE(HullSampling(hull, placement).points_scatter());
+  EXPECT_EQ(Drawn(complex, hull).vertices, complex.vertices);
 }
 
 TEST(DrawRest, IsTheSameAtAnyThreadCount) {

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
+#include "fixtures/solids.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "support/hull_of_mesh.h"
 
 namespace amhex {
 namespace {
@@ -14,6 +17,8 @@ namespace {
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
+using testing_support::GridVertex;
+using testing_support::HullOfMesh;
 
 constexpr GridSize kSize{4, 4, 4};
 
@@ -32,6 +37,43 @@ TEST(JointPlace, GuardsEachPlaceLooselyAtFirstAndNotEverMoreFirmly) {
     EXPECT_FALSE(place.GuardMoreFirmly()) << cell;
     place.Leave();
   }
+}
+
+// A box that does not lie along the axes, so that every step on an edge of it is rounded; a vertex
+// on such an edge is drawn beyond its end.
+TEST(JointPlace, LeavesAVertexThatIsDrawnBeyondTheEndOfItsCreaseExactlyWhereItIs) {
+  const auto turned = [](const Vec3d& p) {
+    const Vec3d q{0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y, p.z};
+    return Vec3d{q.x, (5 * q.y - 12 * q.z) / 13, (12 * q.y + 5 * q.z) / 13};
+  };
+  TriangleMesh box = fixtures::MakeBox({4, 4, 4}, 0.5);
+  for (Vec3d& p : box.vertices) p = turned(p);
+  const Hull hull = HullOfMesh(box);
+  const HullFeatures features(hull);
+  CellComplex complex = GridComplex(kSize);
+  for (Vec3d& p : complex.vertices) p = turned(p);
+  // The last vertex before the corner, moved onto its neighbour's place but for a rounding.
+  const int32_t last = GridVertex(kSize, 3, 0, 0), corner = GridVertex(kSize, 4, 0, 0);
+  Placement placement = PreparePlacement(complex, features);
+  ASSERT_EQ(placement.constraints.vertex[last].kind, Constraint::kCrease);
+  const Vec3d along = complex.vertices[corner] - complex.vertices[last];
+  complex.vertices[last] = complex.vertices[corner] + Vec3d{1e-9, -1e-9, 1e-9};
+  JointPlace place(placement);
+  place.Enter({placement.neighbourhoods.cells[last].begin()[0]});
+  const std::vector<Vec3d> before = place.Positions();
+  place.FitHere(place.Judge(0.5), 0.5);
+  std::vector<Vec3d> moves(before.size());
+  const auto& moving = place.moving();
+  const auto found = std::find(moving.begin(), moving.end(), last);
+  ASSERT_NE(found, moving.end());
+  Vec3d& move = moves[static_cast<size_t>(found - moving.begin())];
+  move = along * 0.1;
+  place.Move(moves);
+  EXPECT_EQ(place.Positions(), before);
+  // Backwards it may move.
+  move = along * -0.1;
+  place.Move(moves);
+  EXPECT_NEAR(Norm(complex.vertices[last] - complex.vertices[corner]), 0.1, 1e-6);
 }
 
 }  // namespace
