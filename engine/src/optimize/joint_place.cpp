@@ -36,7 +36,7 @@ constexpr Guard kFoldGuard = {kNearFolding, 0.002, 20};
 // by less, but breaks them. Each time that guards are to hold more firmly they weigh so much more.
 constexpr double kFirmer = 8;
 constexpr double kMostFirmness = 64;
-constexpr double kStuckShare = 1e-3;  // of a move that is wanted, done: it is not moved at all
+constexpr double kStuckShare = 1e-3;      // of a move that is wanted, done: it is not moved at all
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
 constexpr double kOnFeature = 0.02;       // a vertex this near to its crease is on it
 
