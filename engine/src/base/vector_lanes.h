@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 #include "base/platform.h"
@@ -29,8 +30,18 @@ using FloatMask =
 // must be no call.
 #define AMHEX_LANES_INLINE __attribute__((always_inline)) inline
 
-// Half of them. Where registers hold four numbers, lanes of eight are compared and chosen one by
-// one by this compiler; what does much of that goes through the halves.
+AMHEX_LANES_INLINE FloatLanes LoadFloats(const float* from) {
+  FloatLanes lanes;
+  std::memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+AMHEX_LANES_INLINE void StoreFloats(const FloatLanes& lanes, float* to) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+
+// Half of them. Where registers hold four numbers, lanes of eight doubles are compared and chosen
+// one by one by this compiler, and taken through memory like that if a loop carries a sum of them;
+// what does much of that goes through the halves.
 inline constexpr int kHalfLanes = kLanes / 2;
 using HalfLanes =
     double __attribute__((vector_size(kHalfLanes * sizeof(double)), aligned(alignof(double))));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
 #include "base/vector_lanes.h"
 #include "cuda/device_use.h"
@@ -14,29 +13,26 @@
 namespace amhex::fields {
 namespace {
 
-AMHEX_LANES_INLINE FloatLanes Load(const float* from) {
-  FloatLanes lanes;
-  std::memcpy(&lanes, from, sizeof(lanes));
-  return lanes;
-}
-AMHEX_LANES_INLINE void Store(const FloatLanes& lanes, float* to) {
-  std::memcpy(to, &lanes, sizeof(lanes));
-}
 AMHEX_LANES_INLINE DoubleLanes ToDoubles(const FloatLanes& lanes) {
   return __builtin_convertvector(lanes, DoubleLanes);
 }
 
-// Sum over i in [begin, end) of the terms that `term(i)` gives eight at a time; `last_term(i)`
-// gives a single one, for what is left at the end.
+// Sum over i in [begin, end) of the terms that `term_at(i)` gives eight at a time;
+// `last_term_at(i)` gives a single one, for what is left at the end.
 template <class Term, class LastTerm>
-double SumOfBlock(int64_t begin, int64_t end, const Term& term, const LastTerm& last_term) {
+double SumOfBlock(int64_t begin, int64_t end, const Term& term_at, const LastTerm& last_term_at) {
   double sum = 0;
   RunWithWidestVectors([&] {
-    DoubleLanes partial{};
+    const Term term = term_at;  // its pointers in registers, whatever it stores
+    HalfLanes low{}, high{};
     int64_t i = begin;
-    for (; i + kSumLanes <= end; i += kSumLanes) partial += term(i);
-    for (; i < end; ++i) partial[0] += last_term(i);
-    sum = SumOfLanes(partial);
+    for (; i + kSumLanes <= end; i += kSumLanes) {
+      const DoubleLanes terms = term(i);
+      low += __builtin_shufflevector(terms, terms, 0, 1, 2, 3);
+      high += __builtin_shufflevector(terms, terms, 4, 5, 6, 7);
+    }
+    for (; i < end; ++i) low[0] += last_term_at(i);
+    sum = SumOfLanes(low, high);
   });
   return sum;
 }
@@ -59,37 +55,38 @@ class Solve {
         block_sums_(NodeSumBlocks(node_count_)) {}
 
   double RightSideNorm() {
-    return Sum([&](int64_t begin, int64_t end) {
+    const float *rhs = rhs_, *inverse = inverse_;
+    return Sum([=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
-          [&](int64_t i) {
-            const DoubleLanes r = ToDoubles(Load(rhs_ + i));
-            return r * r * ToDoubles(Load(inverse_ + i));
+          [=](int64_t i) {
+            const DoubleLanes r = ToDoubles(LoadFloats(rhs + i));
+            return r * r * ToDoubles(LoadFloats(inverse + i));
           },
-          [&](int64_t i) { return static_cast<double>(rhs_[i]) * rhs_[i] * inverse_[i]; });
+          [=](int64_t i) { return static_cast<double>(rhs[i]) * rhs[i] * inverse[i]; });
     });
   }
 
   // The residual and the first direction; returns the residual's norm.
   double Start() {
     float *residual = residual_.data(), *direction = direction_.data();
-    const float* product = product_.data();
+    const float *product = product_.data(), *rhs = rhs_, *inverse = inverse_;
     // Only the direction has room to read beyond its end.
     std::copy_n(x_, node_count_ * system_.unknowns, direction);
     for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, direction);
-    return Sum([&](int64_t begin, int64_t end) {
+    return Sum([=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
-          [&](int64_t i) {
-            const FloatLanes r = Load(rhs_ + i) - Load(product + i);
-            const FloatLanes d = r * Load(inverse_ + i);
-            Store(r, residual + i);
-            Store(d, direction + i);
+          [=](int64_t i) {
+            const FloatLanes r = LoadFloats(rhs + i) - LoadFloats(product + i);
+            const FloatLanes d = r * LoadFloats(inverse + i);
+            StoreFloats(r, residual + i);
+            StoreFloats(d, direction + i);
             return ToDoubles(r) * ToDoubles(d);
           },
-          [&](int64_t i) {
-            residual[i] = rhs_[i] - product[i];
-            direction[i] = residual[i] * inverse_[i];
+          [=](int64_t i) {
+            residual[i] = rhs[i] - product[i];
+            direction[i] = residual[i] * inverse[i];
             return static_cast<double>(residual[i]) * direction[i];
           });
     });
@@ -104,45 +101,50 @@ class Solve {
                     product_.data());
       return SumOfBlock(
           begin, end,
-          [&](int64_t i) { return ToDoubles(Load(direction + i)) * ToDoubles(Load(product + i)); },
-          [&](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
+          [=](int64_t i) {
+            return ToDoubles(LoadFloats(direction + i)) * ToDoubles(LoadFloats(product + i));
+          },
+          [=](int64_t i) { return static_cast<double>(direction[i]) * product[i]; });
     });
   }
 
   // What is left after a step along the direction; returns the new residual's norm.
   double Reduce(float step) {
     float* residual = residual_.data();
-    const float* product = product_.data();
-    return Sum([&](int64_t begin, int64_t end) {
+    const float *product = product_.data(), *inverse = inverse_;
+    return Sum([=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
-          [&](int64_t i) {
-            const FloatLanes r = Load(residual + i) - step * Load(product + i);
-            Store(r, residual + i);
-            return ToDoubles(r) * ToDoubles(r) * ToDoubles(Load(inverse_ + i));
+          [=](int64_t i) {
+            const FloatLanes r = LoadFloats(residual + i) - step * LoadFloats(product + i);
+            StoreFloats(r, residual + i);
+            return ToDoubles(r) * ToDoubles(r) * ToDoubles(LoadFloats(inverse + i));
           },
-          [&](int64_t i) {
+          [=](int64_t i) {
             residual[i] -= step * product[i];
-            return static_cast<double>(residual[i]) * residual[i] * inverse_[i];
+            return static_cast<double>(residual[i]) * residual[i] * inverse[i];
           });
     });
   }
 
   // Moves x along the direction and turns that, which is read once for both.
   void MoveAndTurn(float step, float carry) {
-    const float* residual = residual_.data();
-    float* direction = direction_.data();
-    ForBlocks([&](int64_t, int64_t begin, int64_t end) {
-      RunWithWidestVectors([&] {
+    const float *residual = residual_.data(), *inverse = inverse_;
+    float *direction = direction_.data(), *x = x_;
+    ForBlocks([=](int64_t, int64_t begin, int64_t end) {
+      const auto body = [=](int64_t i) {
+        const FloatLanes r = LoadFloats(residual + i) * LoadFloats(inverse + i),
+                         d = LoadFloats(direction + i);
+        StoreFloats(LoadFloats(x + i) + step * d, x + i);
+        StoreFloats(r + carry * d, direction + i);
+      };
+      RunWithWidestVectors([=] {
+        const auto move = body;  // its pointers in registers, whatever it stores
         int64_t i = begin;
-        for (; i + kSumLanes <= end; i += kSumLanes) {
-          const FloatLanes r = Load(residual + i) * Load(inverse_ + i), d = Load(direction + i);
-          Store(Load(x_ + i) + step * d, x_ + i);
-          Store(r + carry * d, direction + i);
-        }
+        for (; i + kSumLanes <= end; i += kSumLanes) move(i);
         for (; i < end; ++i) {
-          x_[i] += step * direction[i];
-          direction[i] = residual[i] * inverse_[i] + carry * direction[i];
+          x[i] += step * direction[i];
+          direction[i] = residual[i] * inverse[i] + carry * direction[i];
         }
       });
     });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/vector_lanes.h"
 #include "fields/frame_batch.h"
 #include "fields/grid_neighbours.h"
 
@@ -88,10 +89,19 @@ class CpuSmoothing {
     QuarticForm sum;
     if (const int32_t index = level.hull_of_node[node]; index >= 0) sum = level.hull_forms[index];
     RunWithWidestVectors([&] {
+      // In registers: QuarticForm::Add would go through memory, number by number.
+      FloatLanes first = LoadFloats(sum.coefficients.data());
+      FloatLanes rest = LoadFloats(sum.coefficients.data() + kLanes);
       for (int k = 0; k < kNeighbourCount; ++k) {
         const int32_t j = level.neighbours[node * kNeighbourCount + k];
-        if (j >= 0) sum.Add(forms_[j], level.WeightOf(node, k));
+        if (j < 0) continue;
+        const float* form = forms_[j].coefficients.data();
+        const float weight = level.WeightOf(node, k);
+        first += weight * LoadFloats(form);
+        rest += weight * LoadFloats(form + kLanes);
       }
+      StoreFloats(first, sum.coefficients.data());
+      StoreFloats(rest, sum.coefficients.data() + kLanes);
     });
     return sum;
   }

@@ -26,5 +26,10 @@ template <class Sums>
 AMHEX_HD constexpr double SumOfLanes(const Sums& s) {
   return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
 }
+// The same of its halves.
+template <class Sums>
+AMHEX_HD constexpr double SumOfLanes(const Sums& low, const Sums& high) {
+  return ((low[0] + low[1]) + (low[2] + low[3])) + ((high[0] + high[1]) + (high[2] + high[3]));
+}
 
 }  // namespace amhex::fields
