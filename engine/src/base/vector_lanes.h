@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 
 #include "base/platform.h"
@@ -30,13 +29,12 @@ using FloatMask =
 // must be no call.
 #define AMHEX_LANES_INLINE __attribute__((always_inline)) inline
 
+// As one register, not copied byte by byte: the compilers let lanes alias their numbers.
 AMHEX_LANES_INLINE FloatLanes LoadFloats(const float* from) {
-  FloatLanes lanes;
-  std::memcpy(&lanes, from, sizeof(lanes));
-  return lanes;
+  return *reinterpret_cast<const FloatLanes*>(from);
 }
 AMHEX_LANES_INLINE void StoreFloats(const FloatLanes& lanes, float* to) {
-  std::memcpy(to, &lanes, sizeof(lanes));
+  *reinterpret_cast<FloatLanes*>(to) = lanes;
 }
 
 // Half of them. Where registers hold four numbers, lanes of eight doubles are compared and chosen

@@ -23,8 +23,8 @@ AMHEX_LANES_INLINE void TakeAhead(const NodeSlots& slots, const float* x, int64_
   for (int k = 0; k < 2; ++k) {
     const int64_t at = kCubeSlots * 3 * ((kAxis + 1 + k) % 3);
     for (int a = 0; a < 3; ++a) {
-      ahead[kAxis][k][a] = OneAhead<kAxis>(LoadSlots(own + at + kCubeSlots * a),
-                                           LoadSlots(next + at + kCubeSlots * a));
+      ahead[kAxis][k][a] = OneAhead<kAxis>(LoadFloats(own + at + kCubeSlots * a),
+                                           LoadFloats(next + at + kCubeSlots * a));
     }
   }
 }
@@ -39,8 +39,8 @@ AMHEX_LANES_INLINE void TakeBehind(const NodeSlots& slots, const float* curls, i
   for (int k = 0; k < 2; ++k) {
     const int64_t at = kCubeSlots * 3 * ((kAxis + 2 * k) % 3);
     for (int a = 0; a < 3; ++a) {
-      behind[kAxis][k][a] = OneBehind<kAxis>(LoadSlots(own + at + kCubeSlots * a),
-                                             LoadSlots(previous + at + kCubeSlots * a));
+      behind[kAxis][k][a] = OneBehind<kAxis>(LoadFloats(own + at + kCubeSlots * a),
+                                             LoadFloats(previous + at + kCubeSlots * a));
     }
   }
 }
@@ -61,9 +61,10 @@ AMHEX_LANES_INLINE void CurlOfCube(const NodeSlots& slots, const uint8_t* is_reg
     const int e = (d + 1) % 3;
     const SlotMask regular = MaskOfBits(is_regular[3 * cube + d]);
     for (int a = 0; a < 3; ++a) {
-      const SlotLanes curl = LoadSlots(own + kCubeSlots * (3 * d + a)) + ahead[d][0][a] -
-                             ahead[e][1][a] - LoadSlots(own + kCubeSlots * (3 * e + a));
-      StoreSlots(regular ? curl : SlotLanes{}, curls + kCubeSize * cube + kCubeSlots * (3 * d + a));
+      const SlotLanes curl = LoadFloats(own + kCubeSlots * (3 * d + a)) + ahead[d][0][a] -
+                             ahead[e][1][a] - LoadFloats(own + kCubeSlots * (3 * e + a));
+      StoreFloats(regular ? curl : SlotLanes{},
+                  curls + kCubeSize * cube + kCubeSlots * (3 * d + a));
     }
   }
 }
@@ -89,14 +90,14 @@ AMHEX_LANES_INLINE void AdjointOfCube(const NodeSlots& slots, const Weights& wei
     const int before = (d + 2) % 3, after = (d + 1) % 3;
     for (int a = 0; a < 3; ++a) {
       const int64_t at = int64_t{kCubeSlots} * (3 * d + a);
-      const SlotLanes sum = LoadSlots(curls + at) -
-                            LoadSlots(curls + kCubeSlots * (3 * before + a)) +
+      const SlotLanes sum = LoadFloats(curls + at) -
+                            LoadFloats(curls + kCubeSlots * (3 * before + a)) +
                             behind[before][0][a] - behind[after][1][a];
       constexpr SlotLanes kOne = {1, 1, 1, 1, 1, 1, 1, 1};
       const SlotLanes own =
           MaskOfBits(weights.follows[9 * cube + 3 * d + a]) ? kOne * weights.hull : kOne;
-      StoreSlots(own * LoadSlots(vectors.x + kCubeSize * cube + at) + sum * weights.closing,
-                 vectors.product + kCubeSize * cube + at);
+      StoreFloats(own * LoadFloats(vectors.x + kCubeSize * cube + at) + sum * weights.closing,
+                  vectors.product + kCubeSize * cube + at);
     }
   }
 }

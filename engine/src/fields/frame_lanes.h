@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 
 #include "base/vector_lanes.h"
 #include "fields/conjugate_gradient.h"
@@ -17,8 +16,8 @@ namespace amhex::fields {
 // One number per axis; the fourth lane is not used.
 using AxisLanes = float __attribute__((vector_size(16), aligned(alignof(float))));
 // A complex number per axis, real parts in the even lanes; the last two lanes are not used.
-using PhaseLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
-using PhaseLaneNumbers = int32_t __attribute__((vector_size(32), aligned(alignof(int32_t))));
+using PhaseLanes = FloatLanes;
+using PhaseLaneNumbers = FloatMask;
 
 AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
   const AxisLanes lanes = {from[0], from[1], from[2], 0};
@@ -26,13 +25,11 @@ AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
 }
 // Reads kReadableBeyond numbers beyond the six.
 static_assert(kReadableBeyond * sizeof(float) + 6 * sizeof(float) == sizeof(PhaseLanes));
-AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) {
-  PhaseLanes lanes;
-  std::memcpy(&lanes, from, sizeof(lanes));
-  return lanes;
-}
+AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) { return LoadFloats(from); }
 AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
-  std::memcpy(to, &lanes, 6 * sizeof(float));
+  using Pair = float __attribute__((vector_size(8), aligned(alignof(float))));
+  *reinterpret_cast<AxisLanes*>(to) = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3);
+  *reinterpret_cast<Pair*>(to + 4) = __builtin_shufflevector(lanes, lanes, 4, 5);
 }
 
 // Calls body(i) for i in [begin, end), a body that works with lanes.

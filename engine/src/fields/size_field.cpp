@@ -176,12 +176,12 @@ class SizeSystem {
         slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, weights, kWeights);
     for (int a = 0; a < 3; ++a) {
       const int64_t at = kCubeSlots * a, weights_at = kCubeSlots * (3 * kAxis + a);
-      const SlotLanes numbers = LoadSlots(own + at);
-      beside.ahead[kAxis][a] = OneAhead<kAxis>(numbers, LoadSlots(next + at));
-      beside.behind[kAxis][a] = OneBehind<kAxis>(numbers, LoadSlots(previous + at));
+      const SlotLanes numbers = LoadFloats(own + at);
+      beside.ahead[kAxis][a] = OneAhead<kAxis>(numbers, LoadFloats(next + at));
+      beside.behind[kAxis][a] = OneBehind<kAxis>(numbers, LoadFloats(previous + at));
       beside.weight_behind[kAxis][a] =
-          OneBehind<kAxis>(LoadSlots(weights + kCubeSlots * kWeights * cube + weights_at),
-                           LoadSlots(weights_behind + weights_at));
+          OneBehind<kAxis>(LoadFloats(weights + kCubeSlots * kWeights * cube + weights_at),
+                           LoadFloats(weights_behind + weights_at));
     }
   }
   AMHEX_LANES_INLINE void ApplyToCube(int64_t cube, const float* x, float* product) const {
@@ -200,13 +200,13 @@ class SizeSystem {
     const int64_t from = kCubeSlots * SizeOperator::kUnknowns * cube;
     const float* weights = weights_.data() + kCubeSlots * SizeOperator::kWeights * cube;
     for (int a = 0; a < 3; ++a) {
-      const SlotLanes own = LoadSlots(x + from + kCubeSlots * a);
+      const SlotLanes own = LoadFloats(x + from + kCubeSlots * a);
       SlotLanes sum = kRegularization * own;
       for (int d = 0; d < 3; ++d) {
-        sum += LoadSlots(weights + kCubeSlots * (3 * d + a)) * (own - beside.ahead[d][a]);
+        sum += LoadFloats(weights + kCubeSlots * (3 * d + a)) * (own - beside.ahead[d][a]);
         sum += beside.weight_behind[d][a] * (own - beside.behind[d][a]);
       }
-      StoreSlots(sum, product + from + kCubeSlots * a);
+      StoreFloats(sum, product + from + kCubeSlots * a);
     }
   }
 

@@ -6,24 +6,16 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 
 #include "base/vector_lanes.h"
+#include "fields/linear_operators.h"
 #include "fields/octahedral_group.h"
 
 namespace amhex::fields {
 
-using SlotLanes = float __attribute__((vector_size(32), aligned(alignof(float))));
-using SlotMask = int32_t __attribute__((vector_size(32), aligned(alignof(int32_t))));
-
-AMHEX_LANES_INLINE SlotLanes LoadSlots(const float* from) {
-  SlotLanes lanes;
-  std::memcpy(&lanes, from, sizeof(lanes));
-  return lanes;
-}
-AMHEX_LANES_INLINE void StoreSlots(const SlotLanes& lanes, float* to) {
-  std::memcpy(to, &lanes, sizeof(lanes));
-}
+using SlotLanes = FloatLanes;
+using SlotMask = FloatMask;
+static_assert(kCubeSlots == kLanes);
 
 // What the nodes one step ahead along an axis have: `own` is the cube's, `next` that of the cube
 // ahead.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 
 #include "amhex/vec3.h"
 #include "base/array_view.h"
@@ -81,7 +80,7 @@ AMHEX_LANES_INLINE void VisitPackets(const ArrayView<const HullPacket>& packets,
       const HullPacket& packet = packets.data[child];
       const FloatLanes lanes = point.SquaredDistancesTo(packet);
       float squared[kLanes];
-      std::memcpy(squared, &lanes, sizeof(squared));
+      StoreFloats(lanes, squared);
       const uint32_t within = BitsOf(lanes <= PacketReach(reach()));
       int nearest = -1;
       for (uint32_t left = within; left != 0; left &= left - 1) {

@@ -19,30 +19,31 @@ size_t PaddedToLanes(size_t count) {
   return static_cast<size_t>(LaneBlocks(static_cast<int64_t>(count))) * kLanes;
 }
 
-AMHEX_LANES_INLINE const DoubleLanes& LanesAt(const double* p) {
-  return *reinterpret_cast<const DoubleLanes*>(p);
-}
+// Four numbers, not eight: those the compiler would keep in memory where registers hold four.
+AMHEX_LANES_INLINE HalfLanes& LanesAt(double* p) { return *reinterpret_cast<HalfLanes*>(p); }
 
 // The rows before row i of a factor, as far as they reach beyond column i, times what they have
 // there, are subtracted from it. Each number sees the rows in their order, but four of them while
 // it is at hand.
 AMHEX_LANES_INLINE void SubtractRowsBefore(size_t i, size_t stride, double* m) {
   double* row = m + i * stride;
-  const size_t begin = i / kLanes * kLanes;
+  const size_t begin = i / kHalfLanes * kHalfLanes;
   size_t k = 0;
   for (; k + 4 <= i; k += 4) {
-    const double *a = m + k * stride, *b = a + stride, *c = b + stride, *d = c + stride;
-    for (size_t j = begin; j < stride; j += kLanes) {
-      DoubleLanes rest = LanesAt(row + j) - a[i] * LanesAt(a + j);
-      rest -= b[i] * LanesAt(b + j);
-      rest -= c[i] * LanesAt(c + j);
-      *reinterpret_cast<DoubleLanes*>(row + j) = rest - d[i] * LanesAt(d + j);
+    double *a = m + k * stride, *b = a + stride, *c = b + stride, *d = c + stride;
+    const double at_a = a[i], at_b = b[i], at_c = c[i], at_d = d[i];
+    for (size_t j = begin; j < stride; j += kHalfLanes) {
+      HalfLanes rest = LanesAt(row + j) - at_a * LanesAt(a + j);
+      rest -= at_b * LanesAt(b + j);
+      rest -= at_c * LanesAt(c + j);
+      LanesAt(row + j) = rest - at_d * LanesAt(d + j);
     }
   }
   for (; k < i; ++k) {
-    const double* a = m + k * stride;
-    for (size_t j = begin; j < stride; j += kLanes) {
-      *reinterpret_cast<DoubleLanes*>(row + j) = LanesAt(row + j) - a[i] * LanesAt(a + j);
+    double* a = m + k * stride;
+    const double at_a = a[i];
+    for (size_t j = begin; j < stride; j += kHalfLanes) {
+      LanesAt(row + j) -= at_a * LanesAt(a + j);
     }
   }
 }
