@@ -97,15 +97,16 @@ step="configuring"
 say "Configure ($preset)"
 cmake --preset "$preset" "${configure[@]}"
 
+# Sanitizers of this age do not start where the kernel spreads addresses over more than 28 bits.
+steady=()
+if [[ $preset != release ]] && setarch "$(uname -m)" --addr-no-randomize true 2>/dev/null; then
+  steady=(setarch "$(uname -m)" --addr-no-randomize)
+fi
+
 if $races; then
   step="looking for races"
   say "Build and run the tests of queue, watching and supervision with $jobs jobs"
   cmake --build --preset "$preset" -j "$jobs" --target queue_tests
-  # Sanitizers of this age do not start where the kernel spreads addresses over more than 28 bits.
-  steady=()
-  if setarch "$(uname -m)" --addr-no-randomize true 2>/dev/null; then
-    steady=(setarch "$(uname -m)" --addr-no-randomize)
-  fi
   "${steady[@]}" "build/$preset/tests/service/queue_tests" --gtest_brief=1
   printf '\ntests/run.sh: PASSED (no races, %d s)\n' "$((SECONDS - started))"
   exit 0
@@ -115,12 +116,19 @@ step="building"
 say "Build with $jobs jobs"
 cmake --build --preset "$preset" -j "$jobs"
 
+if [[ $preset == tsan ]]; then
+  step="building oneTBB for the thread sanitizer"
+  say "oneTBB for the thread sanitizer"
+  LD_LIBRARY_PATH="$(tests/instrumented_tbb.sh build/tsan-tbb)${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+  export LD_LIBRARY_PATH
+fi
+
 step="testing"
 say "Tests"
 select=()
 if [[ -n $filter ]]; then select=(-R "$filter"); fi
 results="build/$preset/test_results.txt"
-ctest --preset "$preset" -j "$jobs" "${select[@]}" | tee "$results"
+"${steady[@]}" ctest --preset "$preset" -j "$jobs" "${select[@]}" | tee "$results"
 
 if [[ -n $fuzz_seconds ]]; then
   step="fuzzing"
