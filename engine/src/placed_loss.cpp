@@ -15,6 +15,10 @@ constexpr double kMinimumWeight = 0.5;
 // Each tenth of an edge length between input and mesh beyond what is asked of a boundary
 // (optimize/hull_deviation) counts as much as half a hundredth of the average.
 constexpr double kDistanceWeight = 0.05;
+// Nobody wants a mesh that lacks an ear for better cells elsewhere: an edge length that is lost
+// counts as much as half of the average.
+constexpr double kLostWeight = 0.5;
+constexpr double kLostFrom = 0.75 * kLostDistance;  // what drawing leaves may be a little farther
 
 }  // namespace
 
@@ -30,7 +34,8 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const auto cells = static_cast<double>(placed.cells.size());
   return {1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
-          kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit)};
+          kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit),
+          kLostWeight * std::max(0.0, distance - kLostFrom)};
 }
 
 }  // namespace amhex

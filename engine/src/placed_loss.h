@@ -18,7 +18,8 @@ struct PlacedLoss {
   // Faults:
   double minimum = 0;
   double distance = 0;
-  double faults() const { return minimum + distance; }
+  double lost = 0;  // of a part that no cell reaches into, or of one too many
+  double faults() const { return minimum + distance + lost; }
   double total() const { return cells + faults(); }
 };
 

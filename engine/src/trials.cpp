@@ -45,8 +45,9 @@ struct TrialsBySize {
 };
 constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {1e5, 2}};
 // Of so many trials the best one is taken where the first keeps a poor cell, and the next ones,
-// too.
+// too; of more where a part of the solid is lost.
 constexpr size_t kLeastChoice = 3;
+constexpr size_t kLeastChoiceOfLost = 5;
 
 // One stage of every trial: step(input) for each of `inputs`, which it may consume.
 template <class Input, class Step>
@@ -254,15 +255,21 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
     const Improvement with{hull, features, params, &device};
     std::vector<ClosedTrial>& closed = trials.closed;
     AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed, PlaceCandidates(closed, with, run));
-    // Where a poor cell remains and nothing was placed beside it, the next ones have their turn.
-    const size_t most_placed =
-        std::max(placed.size(), std::min(closed.size() + trials.waiting.size(), kLeastChoice));
+    // Where a poor cell remains, or a part is lost, and nothing was placed beside it, the next ones
+    // have their turn.
+    const size_t trial_count = closed.size() + trials.waiting.size();
+    const auto choice_of = [&](size_t least) {
+      return std::max(placed.size(), std::min(trial_count, least));
+    };
+    const bool has_choice = choice_of(kLeastChoice) > 1;
     std::optional<CellComplex> best;
     double least = 0;
-    for (size_t i = 0; i < most_placed; ++i) {
+    bool is_lost = false;  // something in the best one
+    for (size_t i = 0; i < choice_of(is_lost ? kLeastChoiceOfLost : kLeastChoice); ++i) {
       if (i == placed.size()) {
         if (i == closed.size()) {
           const size_t next = trials.waiting.front();
+          trials.waiting.erase(trials.waiting.begin());
           absl::StatusOr<CellComplex> late = CloseComplex(assemblies[next], hull, params, run);
           AMHEX_RETURN_IF_ERROR(run.CheckStop());
           if (!late.ok()) break;  // there is a mesh already
@@ -276,16 +283,14 @@ absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assem
           CellComplex refilled,
           RefillUntilValid(assemblies[placed[i].assembly], std::move(placed[i].complex),
                            placed[i].is_followed, with, run));
-      const bool is_good =
-          SummarizeQuality(refilled, StopPoll(run)).minimum >= params.assembly.min_quality;
-      if (!best.has_value() && (is_good || most_placed == 1)) {
+      PlacedLoss loss;
+      if (has_choice) loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run));
+      const bool is_good = loss.lost == 0 && SummarizeQuality(refilled, StopPoll(run)).minimum >=
+                                                 params.assembly.min_quality;
+      if (!best.has_value() || loss.total() < least) {
         best = std::move(refilled);
-        break;
-      }
-      const double loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run)).total();
-      if (!best.has_value() || loss < least) {
-        best = std::move(refilled);
-        least = loss;
+        least = loss.total();
+        is_lost = loss.lost > 0;
       }
       if (is_good) break;
     }

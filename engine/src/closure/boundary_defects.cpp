@@ -64,8 +64,13 @@ bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d
 
 class DefectFinder {
  public:
-  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll)
-      : x_(mesh.vertices()), hull_(hull), poll_(poll), faces_(BoundaryFaces(mesh, poll)) {
+  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll,
+               const MayBeFar& may_be_far)
+      : x_(mesh.vertices()),
+        hull_(hull),
+        poll_(poll),
+        may_be_far_(may_be_far),
+        faces_(BoundaryFaces(mesh, poll)) {
     for (size_t f = 0; f < faces_.size(); ++f) {
       poll_.At(static_cast<int64_t>(f));
       for (int j = 0; j < faces_[f].count; ++j) {
@@ -143,7 +148,8 @@ class DefectFinder {
     for (const CellFace& face : faces_) {
       poll_.At(++visited_);
       const Vec3d centre = FaceCentroid(face, x_);
-      if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle < 0) AddFace(face);
+      if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle >= 0) continue;
+      if (!may_be_far_ || !may_be_far_(face)) AddFace(face);
     }
   }
 
@@ -209,6 +215,7 @@ class DefectFinder {
   const std::vector<Vec3d>& x_;
   const Hull& hull_;
   const StopPoll poll_;
+  const MayBeFar& may_be_far_;
   int64_t visited_ = 0;  // vertices and faces, for the poll
   std::vector<CellFace> faces_;
   std::map<int32_t, std::vector<int>> faces_at_;
@@ -218,8 +225,8 @@ class DefectFinder {
 }  // namespace
 
 std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
-                                         const StopPoll& poll) {
-  return DefectFinder(mesh, hull, poll).Run();
+                                         const StopPoll& poll, const MayBeFar& may_be_far) {
+  return DefectFinder(mesh, hull, poll, may_be_far).Run();
 }
 
 }  // namespace amhex

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -15,6 +16,7 @@
 #include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
+#include "optimize/cell_quality.h"
 #include "optimize/report_cells.h"
 
 namespace amhex {
@@ -50,12 +52,20 @@ constexpr int kFillAttempts = 4;
 constexpr int kWholeMeshAttempt = 2;
 // Each attempt of the last resort removes one more layer of cells around what resisted.
 constexpr int kDelaunayAttempts = 6;
-// Boundary defects are opened and filled anew, each time a layer farther.
-constexpr int kDefectAttempts = 4;
+// Boundary defects are opened and filled anew, each time that they come again a layer farther.
+constexpr int kDefectAttempts = 6;
 // Rounds of refilling have seeds of their own, beyond those of closing.
 constexpr int kRefillRound = 2 * kDefectAttempts;
 // Seeds of one attempt are counted up from its own base.
 constexpr uint64_t kSeedStride = 1000;
+
+double VolumeOf(const WorkingMesh& mesh) {
+  double volume = 0;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (mesh.alive(cell)) volume += CellVolume(mesh.corners(cell), mesh.vertices());
+  }
+  return volume;
+}
 
 class Closer {
  public:
@@ -80,15 +90,20 @@ class Closer {
       FillWithStars(round);
       RemoveLooseCells(&mesh_);
     }
+    std::optional<WorkingMesh> with_far_faces;
     for (int attempt = 0; attempt < kDefectAttempts; ++attempt) {
       FillCavities(attempt);
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
-      if (HasOpenFaces()) return OpenError();
-      if (!OpenDefects(attempt)) break;
+      if (HasOpenFaces()) break;
+      if (!with_far_faces.has_value() && IsJustFar()) with_far_faces = mesh_;
+      if (!OpenDefects(0)) break;
     }
-    // What is left of defects is for the validator to judge.
     FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+    if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
+      mesh_ = *std::move(with_far_faces);
+    }
+    // What is left of defects is for the validator to judge.
     if (HasOpenFaces()) return OpenError();
     CellComplex closed = mesh_.ToComplex(StopPoll(run_));
     // What resists is removed with the cells around it: nothing open does not mean that anything is
@@ -103,6 +118,8 @@ class Closer {
   }
 
   absl::StatusOr<Mended> Mend(int layers) {
+    std::optional<WorkingMesh> with_far_faces;
+    if (IsJustFar()) with_far_faces = mesh_;
     Mended mended;
     mended.changed = OpenDefects(layers);
     if (mended.changed) {
@@ -110,6 +127,10 @@ class Closer {
       FillCavities(kDefectAttempts + 1 + layers);
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+    if (mended.changed && with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
+      mended.changed = false;
+      mesh_ = *std::move(with_far_faces);
+    }
     if (HasOpenFaces()) return OpenError();
     mended.complex = mesh_.ToComplex(StopPoll(run_));
     return mended;
@@ -197,18 +218,46 @@ class Closer {
     for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
   }
 
-  // Opens the mesh around boundary defects, `layers` cells farther than their own; false if there
-  // are none.
+  bool IsWithoutDefects() const {
+    return !HasOpenFaces() && FindBoundaryDefects(mesh_, hull_, StopPoll(run_)).empty();
+  }
+  // True if nothing is wrong with the boundary but that some of it is far from the hull. Opening
+  // that may close the solid better; where it does not, each time another layer would be lost.
+  bool IsJustFar() const {
+    const auto any = [](const CellFace&) { return true; };
+    return FindBoundaryDefects(mesh_, hull_, StopPoll(run_), any).empty() && !IsWithoutDefects();
+  }
+
+  // Where it was opened in vain, or closed by giving up what was far away.
+  bool IsNoBetterThan(const WorkingMesh& with_far_faces) const {
+    return !IsWithoutDefects() || VolumeOf(mesh_) < VolumeOf(with_far_faces);
+  }
+
+  // Opens the mesh around boundary defects, `layers` cells farther than their own, and one more for
+  // each time that their place was opened before; false if there are none.
   bool OpenDefects(int layers) {
     const auto defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
     if (defects.empty()) return false;
+    times_opened_.resize(mesh_.vertices().size(), 0);
+    const auto layers_at = [&](int32_t v) { return layers + times_opened_[v]; };
     const auto cells_at = mesh_.CellsAtVertices(StopPoll(run_));
-    for (const int32_t v : defects) {
-      for (const int cell : cells_at[v]) {
-        if (mesh_.alive(cell)) mesh_.RemoveCell(cell);
+    int farthest = 0;
+    for (const int32_t v : defects) farthest = std::max(farthest, layers_at(v));
+    std::vector<int32_t> opened;
+    for (int layer = farthest; layer >= 0; --layer) {
+      for (const int32_t v : defects) {
+        if (layers_at(v) != layer) continue;
+        for (const int cell : cells_at[v]) {
+          if (!mesh_.alive(cell)) continue;
+          for (const int32_t corner : VerticesOf(mesh_.corners(cell))) opened.push_back(corner);
+          mesh_.RemoveCell(cell);
+        }
       }
+      if (layer > 0) RemoveCellsAtCavities();
     }
-    for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
+    std::sort(opened.begin(), opened.end());
+    opened.erase(std::unique(opened.begin(), opened.end()), opened.end());
+    for (const int32_t v : opened) ++times_opened_[v];
     for (const StarRound& round : kSlitRounds) FillWithStars(round);
     return true;
   }
@@ -299,6 +348,7 @@ class Closer {
   RunContext* watched_ = nullptr;
   WorkingMesh mesh_;
   std::set<Attempt> tried_;
+  std::vector<int> times_opened_;  // [vertex] as one of a cell at a defect
   int64_t carved_parts_ = 0;
   int64_t most_carved_parts_;
   size_t first_open_ = 1;

@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 
+#include "closure/cell_contains.h"
 #include "closure/star_geometry.h"
 #include "input/hull_queries.h"
 
@@ -27,6 +28,9 @@ constexpr double kFoldWeight = 10;
 // A face follows the hull if its centre is this near and the normals agree.
 constexpr double kMaxFaceSag = 0.3;
 constexpr double kMinNormalCosine = 0.3;
+
+// Outside of a patch's faces, edge lengths.
+constexpr double kProbeDistance = 1e-3;
 
 class PatchProgram {
  public:
@@ -155,6 +159,32 @@ std::optional<HullPatch> FindHullPatch(const WorkingMesh& mesh, const Hull& hull
   const size_t length = request.loop.size();
   if (length < 3 || length > kMaxLoopLength) return std::nullopt;
   return PatchProgram(mesh, hull, request).Run();
+}
+
+bool RunsThroughCells(const WorkingMesh& mesh, const std::vector<CellFace>& faces,
+                      const std::vector<int>& absorbed) {
+  const std::vector<Vec3d>& x = mesh.vertices();
+  return std::any_of(faces.begin(), faces.end(), [&](const CellFace& face) {
+    const Vec3d centre = FaceCentroid(face, x);
+    // In the middle and halfway to the edges: a quad is not flat.
+    for (int j = -1; j < face.count; ++j) {
+      const Vec3d at =
+          j < 0 ? centre : centre / 2.0 + (x[face.v[j]] + x[face.v[(j + 1) % face.count]]) / 4.0;
+      const Vec3d normal =
+          j < 0
+              ? FaceUnitNormal(face, x)
+              : Normalized(Cross(x[face.v[j]] - centre, x[face.v[(j + 1) % face.count]] - centre));
+      const Vec3d probe = at - normal * kProbeDistance;
+      const auto holds_probe = [&](int cell) {
+        return !std::binary_search(absorbed.begin(), absorbed.end(), cell) &&
+               CellContains(mesh.corners(cell), x, probe);
+      };
+      for (int k = 0; k < face.count; ++k) {
+        if (mesh.AnyCellAt(face.v[k], holds_probe)) return true;
+      }
+    }
+    return false;
+  });
 }
 
 bool IsOnHull(const Hull& hull, const Vec3d& p) {

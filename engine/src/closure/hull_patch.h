@@ -42,6 +42,12 @@ inline size_t LeastPatchFaces(size_t loop_length) {
   return loop_length < 3 ? 0 : (loop_length - 1) / 2;
 }
 
+// True if just outside of a face that is to be hull, looking in, there is a cell that stays: where
+// a part is hardly thicker than a cell, a loop that belongs to one of its sides can be closed from
+// the other one, through the cells between.
+bool RunsThroughCells(const WorkingMesh& mesh, const std::vector<CellFace>& faces,
+                      const std::vector<int>& absorbed);
+
 // Nearer than this to the hull, in edge lengths, a loop's vertex counts as lying on it.
 inline constexpr double kOnHullDistance = 0.1;
 bool IsOnHull(const Hull& hull, const Vec3d& p);

@@ -150,6 +150,7 @@ void TryStar(const WorkingMesh& mesh, const Hull& hull, const Region& region,
   filling.cost += PatchDeviation(mesh, hull, PolygonsOf(filling.patch, mesh.vertices()),
                                  filling.faces, dropped);
   if (filling.cost >= best->cost) return;
+  if (RunsThroughCells(mesh, filling.patch, region.cells)) return;
   filling.region = region;
   *best = std::move(filling);
 }

@@ -66,6 +66,15 @@ class WorkingMesh {
   }
   // Number of living cells that have the edge.
   int CellsAtEdge(int32_t a, int32_t b) const;
+  // True if holds(cell) for a living cell at the vertex.
+  template <class Holds>
+  bool AnyCellAt(int32_t vertex, const Holds& holds) const {
+    if (vertex >= static_cast<int32_t>(first_cell_.size())) return false;
+    for (int32_t link = first_cell_[vertex]; link != kEnd; link = next_cell_[link]) {
+      if (holds(link / kMaxVertices)) return true;
+    }
+    return false;
+  }
   // True if either side of the face belongs to a cell.
   bool IsUsed(const CellFace& face) const;
   int half_face_count() const { return static_cast<int>(owners_.size()); }

@@ -18,8 +18,7 @@ namespace {
 // up to 150 took a quarter of the run of a noisy cloud, whose farthest point went from 0.59 to 0.51
 // % of the diagonal.
 constexpr size_t kMostPlaces = 64;
-// Nor is any where there are more and a part is lost (gap_closer): they are at that part.
-constexpr double kLost = 1.0;
+// Nor is any where there are more and a part is lost: they are at that part.
 // What mends one place may cost the next.
 constexpr int kRounds = 5;
 // Of the limits: distances are measured at other places than these, too.
@@ -67,7 +66,7 @@ class RestDraw {
     JointDraw draw(placement_, sampling_, limits_, floor, FaceDetail::kClosely);
     for (int round = 0; round < kRounds; ++round) {
       if (places.size() > kMostPlaces) {
-        if (sampling_.points_scatter() || places.front().distance > kLost) break;
+        if (sampling_.points_scatter() || places.front().distance > kLostDistance) break;
         places.resize(kMostPlaces);
       }
       if (places.empty() || !draw.Run(places, run)) break;

@@ -23,9 +23,6 @@ constexpr double kWorthwhileShare = 0.97;  // of the cost
 // What a unit of the cost is worth, in units of what cells lack to a scaled Jacobian of 1.
 constexpr double kWorth = 8;
 constexpr double kOnFeature = 0.02;  // a vertex this near to its crease or corner is on it
-// What is farther than this from the boundary is lost: no cell reaches into it, and a vertex drawn
-// towards it would only bend those before it.
-constexpr double kLost = 1.0;
 // Where no vertex may move, this many around the gap, nearest first, are tried once more with the
 // vertices inside giving way, each at so many places.
 constexpr size_t kMostPressed = 3;
@@ -254,7 +251,7 @@ GapChoices GapCloser::ChoicesFor(int32_t v) const {
   choices.reach = deviation.reach();
   choices.here = deviation.At(start);
   const Deviation& here = choices.here;
-  if (!(here.cost > 0) || here.largest > kLost) return choices;
+  if (!(here.cost > 0) || here.largest > kLostDistance) return choices;
   choices.is_missed =
       here.largest > limits_.limit || deviation.worst_of_creases().distance > limits_.creases;
   const double allowed = std::max(here.largest, kWorthLooking * limits_.limit);

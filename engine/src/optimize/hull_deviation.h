@@ -27,6 +27,10 @@ struct DeviationLimits {
 // The larger of 0.5 % of the diagonal of the hull's box and a sixth of an edge length.
 DeviationLimits LimitsFor(const Hull& hull);
 
+// What of the hull is farther than this from the boundary is lost: no cell reaches into it, and a
+// vertex drawn towards it would only bend those before it.
+inline constexpr double kLostDistance = 1.0;
+
 struct Deviation {
   double largest = 0;  // distance, either way; those that do not count may be left out
   double cost = 0;     // sum over samples of the squared distance beyond DeviationLimits::free, and

@@ -15,8 +15,6 @@ namespace {
 // Samples so far beyond faces may still be nearest to them.
 constexpr double kBeyondFaces = 0.35;
 constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
-// What is farther from the boundary is lost (gap_closer).
-constexpr double kLost = 1.0;
 // A vertex that is farther off the hull was not taken there by drawing: what is nearest to it need
 // not be where it belongs.
 constexpr double kMostOffHullAtFirst = 0.5;
@@ -125,12 +123,13 @@ bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
     const Vec3d& p = sampling_.points()[i];
     if (!is_near(p) || !sampling_.hull().queries->IsWithin(p, kMostOffHull * limits_.free)) return;
     const FacePoint nearest = NearestOnFaces(p, FaceNearMiddle(p), limits_.limit);
-    is_lost = is_lost || nearest.distance > kLost;
+    is_lost = is_lost || nearest.distance > kLostDistance;
     samples_.push_back({p, nearest.face});
   });
   sampling_.crease_index().VisitNear(middle, reach, [&](int32_t i) {
     const Vec3d& p = sampling_.crease_points()[i];
-    if (is_near(p) && NearestOnEdges(p, kLost).distance < kLost) crease_samples_.push_back(p);
+    if (is_near(p) && NearestOnEdges(p, kLostDistance).distance < kLostDistance)
+      crease_samples_.push_back(p);
   });
   return !is_lost;
 }

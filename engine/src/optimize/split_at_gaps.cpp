@@ -32,8 +32,7 @@ constexpr double kFarShare = 2.5;
 constexpr double kSamePlace = 1.0;
 // How far around a gap distances are measured: the faces at its vertex reach no farther.
 constexpr double kSeenAround = 2.0;
-// What is farther away is lost (gap_closer): it is seen to last, and up to here.
-constexpr double kLost = 1.0;
+// What is lost is seen to last, and up to here.
 constexpr double kOutOfReach = 2.0;
 // As follow_hull.
 constexpr double kLeastQuality = 0.31;
@@ -255,7 +254,7 @@ class GapSplitter {
     samples_ = sampling.points();
     return places;
   }
-  static bool IsNear(const Gap& gap) { return gap.distance <= kLost; }
+  static bool IsNear(const Gap& gap) { return gap.distance <= kLostDistance; }
   static size_t CountNear(const std::vector<Gap>& places) {
     return static_cast<size_t>(std::count_if(places.begin(), places.end(), IsNear));
   }

@@ -188,6 +188,19 @@ TEST(CloseComplex, LeavesNoOpenFaceOnHundredsOfRandomHoles) {
   }
 }
 
+TEST(CloseComplex, LosesNoMoreOfAPartThatNoCellReachesInto) {
+  for (const GridSize cells : {GridSize{3, 6, 6}, GridSize{3, 6, 3}}) {
+    SCOPED_TRACE(::testing::Message() << cells.nx << " x " << cells.ny << " x " << cells.nz);
+    RunContext run;
+    // Three layers are missing at one end, and no cell borders on a cavity.
+    const Hull hull = GridHull({cells.nx + 3, cells.ny, cells.nz}, 1.0);
+    const auto closed = CloseComplex(GridComplex(cells), hull, {}, run);
+    ASSERT_TRUE(closed.ok()) << closed.status();
+    EXPECT_GE(Volume(*closed), cells.nx * cells.ny * cells.nz - 1e-9);
+    EXPECT_TRUE(WorkingMesh(*closed).OpenFaces().empty());
+  }
+}
+
 TEST(CloseComplex, ShakenVerticesStillClose) {
   const GridSize n{5, 5, 5};
   const Hull hull = GridHull(n, 1.0);

@@ -1,0 +1,47 @@
+#include "placed_loss.h"
+
+#include <gtest/gtest.h>
+
+#include "cuda/device_use.h"
+#include "support/grid_complex.h"
+#include "support/grid_hull.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridHull;
+
+PlacedLoss LossOfGrid(int length, const Hull& hull) {
+  const HullFeatures features(hull, StopPoll());
+  const MeshingParams params;
+  return LossOf(GridComplex({length, 3, 3}), {hull, features, params, nullptr}, kGoodMinimum,
+                StopPoll());
+}
+
+TEST(PlacedLoss, AGridThatFillsItsHullHasNone) {
+  EXPECT_NEAR(LossOfGrid(8, GridHull({8, 3, 3}, 1.0)).total(), 0, 1e-9);
+}
+
+TEST(PlacedLoss, AMissingEndCountsMoreThanAnyCellsCouldMakeGood) {
+  const PlacedLoss loss = LossOfGrid(6, GridHull({8, 3, 3}, 1.0));
+  EXPECT_GT(loss.lost, 0.5);
+  EXPECT_GT(loss.faults(), 0.5);
+}
+
+TEST(PlacedLoss, WhatDrawingMayMendIsNotLost) {
+  Hull hull = GridHull({8, 3, 3}, 1.0);
+  CellComplex complex = GridComplex({8, 3, 3});
+  for (Vec3d& p : complex.vertices) {
+    if (p.x == 8) p.x -= 0.6;
+  }
+  const HullFeatures features(hull, StopPoll());
+  const MeshingParams params;
+  const PlacedLoss loss =
+      LossOf(complex, {hull, features, params, nullptr}, kGoodMinimum, StopPoll());
+  EXPECT_EQ(loss.lost, 0);
+  EXPECT_GT(loss.distance, 0);
+}
+
+}  // namespace
+}  // namespace amhex
