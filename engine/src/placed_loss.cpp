@@ -4,6 +4,7 @@
 
 #include "closure/rank_complexes.h"
 #include "optimize/hull_deviation.h"
+#include "optimize/hull_samples.h"
 #include "optimize/raise_quality.h"
 #include "output/finalize_mesh.h"
 #include "output/mesh_statistics.h"
@@ -32,10 +33,11 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const double distance =
       std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
   const auto cells = static_cast<double>(placed.cells.size());
+  // Of points that scatter the farthest are noise.
+  const double lost = PointsScatter(hull, poll) ? 0 : std::max(0.0, distance - kLostFrom);
   return {1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
-          kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit),
-          kLostWeight * std::max(0.0, distance - kLostFrom)};
+          kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit), kLostWeight * lost};
 }
 
 }  // namespace amhex

@@ -29,8 +29,16 @@ TEST(PlacedLoss, AMissingEndCountsMoreThanAnyCellsCouldMakeGood) {
   EXPECT_GT(loss.faults(), 0.5);
 }
 
-TEST(PlacedLoss, WhatDrawingMayMendIsNotLost) {
+TEST(PlacedLoss, NothingIsLostThatOnlyNoiseReaches) {
   Hull hull = GridHull({8, 3, 3}, 1.0);
+  for (int i = 0; i < 100; ++i) hull.input_points.push_back({0.08 * i, 1.5, 3.5});
+  hull.input_points.push_back({4, 1.5, 6});
+  EXPECT_EQ(LossOfGrid(8, hull).lost, 0);
+  EXPECT_EQ(LossOfGrid(6, hull).lost, 0);
+}
+
+TEST(PlacedLoss, WhatDrawingMayMendIsNotLost) {
+  const Hull hull = GridHull({8, 3, 3}, 1.0);
   CellComplex complex = GridComplex({8, 3, 3});
   for (Vec3d& p : complex.vertices) {
     if (p.x == 8) p.x -= 0.6;
