@@ -70,6 +70,7 @@ step="installing packages"
 say "Packages"
 sections=(build test format)
 if $tidy; then sections+=(tidy); fi
+if [[ $preset == tsan ]] && ! $races; then sections+=(thread-sanitizer); fi
 if [[ -n $fuzz_seconds ]]; then sections+=(fuzz); fi
 if $all_packages; then sections+=(readers shells python solvers browser); fi
 deploy/install-packages.sh "${sections[@]}"

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
@@ -64,13 +65,8 @@ bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d
 
 class DefectFinder {
  public:
-  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll,
-               const MayBeFar& may_be_far)
-      : x_(mesh.vertices()),
-        hull_(hull),
-        poll_(poll),
-        may_be_far_(may_be_far),
-        faces_(BoundaryFaces(mesh, poll)) {
+  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll)
+      : x_(mesh.vertices()), hull_(hull), poll_(poll), faces_(BoundaryFaces(mesh, poll)) {
     for (size_t f = 0; f < faces_.size(); ++f) {
       poll_.At(static_cast<int64_t>(f));
       for (int j = 0; j < faces_[f].count; ++j) {
@@ -79,19 +75,25 @@ class DefectFinder {
     }
   }
 
-  std::vector<int32_t> Run() {
+  BoundaryDefects Run() {
     FindEdges();
     for (const auto& [vertex, faces] : faces_at_) {
       poll_.At(++visited_);
       if (CountSheets(vertex, faces) > 1) defects_.push_back(vertex);
       FindHangingFaces(faces);
     }
-    FindFarFaces();
     // Sheets that dip into each other are looked for only where the rest is sound.
-    if (defects_.empty()) FindOverlaps();
-    std::sort(defects_.begin(), defects_.end());
-    defects_.erase(std::unique(defects_.begin(), defects_.end()), defects_.end());
-    return defects_;
+    const bool is_sound = defects_.empty();
+    FindFarFaces();
+    BoundaryDefects found;
+    std::swap(found.vertices, defects_);
+    if (is_sound) FindOverlaps();
+    found.are_just_far = !found.vertices.empty() && is_sound && defects_.empty();
+    if (found.vertices.empty()) std::swap(found.vertices, defects_);
+    std::sort(found.vertices.begin(), found.vertices.end());
+    found.vertices.erase(std::unique(found.vertices.begin(), found.vertices.end()),
+                         found.vertices.end());
+    return found;
   }
 
  private:
@@ -148,8 +150,7 @@ class DefectFinder {
     for (const CellFace& face : faces_) {
       poll_.At(++visited_);
       const Vec3d centre = FaceCentroid(face, x_);
-      if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle >= 0) continue;
-      if (!may_be_far_ || !may_be_far_(face)) AddFace(face);
+      if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle < 0) AddFace(face);
     }
   }
 
@@ -215,7 +216,6 @@ class DefectFinder {
   const std::vector<Vec3d>& x_;
   const Hull& hull_;
   const StopPoll poll_;
-  const MayBeFar& may_be_far_;
   int64_t visited_ = 0;  // vertices and faces, for the poll
   std::vector<CellFace> faces_;
   std::map<int32_t, std::vector<int>> faces_at_;
@@ -224,9 +224,9 @@ class DefectFinder {
 
 }  // namespace
 
-std::vector<int32_t> FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
-                                         const StopPoll& poll, const MayBeFar& may_be_far) {
-  return DefectFinder(mesh, hull, poll, may_be_far).Run();
+BoundaryDefects FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
+                                    const StopPoll& poll) {
+  return DefectFinder(mesh, hull, poll).Run();
 }
 
 }  // namespace amhex

@@ -95,8 +95,10 @@ class Closer {
       FillCavities(attempt);
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (HasOpenFaces()) break;
-      if (!with_far_faces.has_value() && IsJustFar()) with_far_faces = mesh_;
-      if (!OpenDefects(0)) break;
+      const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
+      if (defects.vertices.empty()) break;
+      if (!with_far_faces.has_value() && defects.are_just_far) with_far_faces = mesh_;
+      OpenAt(defects.vertices, 0);
     }
     FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
@@ -118,16 +120,18 @@ class Closer {
   }
 
   absl::StatusOr<Mended> Mend(int layers) {
+    const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
     std::optional<WorkingMesh> with_far_faces;
-    if (IsJustFar()) with_far_faces = mesh_;
+    if (defects.are_just_far) with_far_faces = mesh_;
     Mended mended;
-    mended.changed = OpenDefects(layers);
+    mended.changed = !defects.vertices.empty();
     if (mended.changed) {
+      OpenAt(defects.vertices, layers);
       LimitCarving();
       FillCavities(kDefectAttempts + 1 + layers);
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
-    if (mended.changed && with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
+    if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
       mended.changed = false;
       mesh_ = *std::move(with_far_faces);
     }
@@ -218,26 +222,16 @@ class Closer {
     for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
   }
 
-  bool IsWithoutDefects() const {
-    return !HasOpenFaces() && FindBoundaryDefects(mesh_, hull_, StopPoll(run_)).empty();
-  }
-  // True if nothing is wrong with the boundary but that some of it is far from the hull. Opening
-  // that may close the solid better; where it does not, each time another layer would be lost.
-  bool IsJustFar() const {
-    const auto any = [](const CellFace&) { return true; };
-    return FindBoundaryDefects(mesh_, hull_, StopPoll(run_), any).empty() && !IsWithoutDefects();
-  }
-
-  // Where it was opened in vain, or closed by giving up what was far away.
+  // What is merely far from the hull may be closed better once it is opened, or in vain, or by
+  // giving up what was far away.
   bool IsNoBetterThan(const WorkingMesh& with_far_faces) const {
-    return !IsWithoutDefects() || VolumeOf(mesh_) < VolumeOf(with_far_faces);
+    return HasOpenFaces() || !FindBoundaryDefects(mesh_, hull_, StopPoll(run_)).vertices.empty() ||
+           VolumeOf(mesh_) < VolumeOf(with_far_faces);
   }
 
   // Opens the mesh around boundary defects, `layers` cells farther than their own, and one more for
-  // each time that their place was opened before; false if there are none.
-  bool OpenDefects(int layers) {
-    const auto defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
-    if (defects.empty()) return false;
+  // each time that their place was opened before.
+  void OpenAt(const std::vector<int32_t>& defects, int layers) {
     times_opened_.resize(mesh_.vertices().size(), 0);
     const auto layers_at = [&](int32_t v) { return layers + times_opened_[v]; };
     const auto cells_at = mesh_.CellsAtVertices(StopPoll(run_));
@@ -259,7 +253,6 @@ class Closer {
     opened.erase(std::unique(opened.begin(), opened.end()), opened.end());
     for (const int32_t v : opened) ++times_opened_[v];
     for (const StarRound& round : kSlitRounds) FillWithStars(round);
-    return true;
   }
 
   void LimitCarving() {

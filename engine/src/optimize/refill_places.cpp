@@ -144,7 +144,8 @@ class Refiller {
         break;
       }
       if (!fits) continue;
-      const std::vector<int32_t> defects = FindBoundaryDefects(changed, hull_, StopPoll(run_));
+      const std::vector<int32_t> defects =
+          FindBoundaryDefects(changed, hull_, StopPoll(run_)).vertices;
       if (defects.empty()) {
         *complex = changed.ToComplex(StopPoll(run_));
         return;

@@ -276,7 +276,8 @@ class GapSplitter {
       DrawAt(on_hull, candidate.complex);
       AMHEX_RETURN_IF_ERROR(run_.CheckStop());
       if (DistanceAt(on_hull, candidate.complex, poll) > wanted) continue;
-      if (!FindBoundaryDefects(WorkingMesh(candidate.complex, poll), hull_, poll).empty()) continue;
+      const WorkingMesh changed(candidate.complex, poll);
+      if (!FindBoundaryDefects(changed, hull_, poll).vertices.empty()) continue;
       complex_ = std::move(candidate.complex);
       break;
     }

@@ -12,7 +12,7 @@ void TakeBackDefects(const Hull& hull, const std::vector<Vec3d>& before, const S
   constexpr double kNearDefect = 3.0;
   while (complex->vertices != before) {
     const std::vector<int32_t> defects =
-        FindBoundaryDefects(WorkingMesh(*complex, poll), hull, poll);
+        FindBoundaryDefects(WorkingMesh(*complex, poll), hull, poll).vertices;
     if (defects.empty()) return;
     bool any = false;
     for (size_t v = 0; v < before.size(); ++v) {

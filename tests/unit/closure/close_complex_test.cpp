@@ -182,7 +182,7 @@ TEST(CloseComplex, LeavesNoOpenFaceOnHundredsOfRandomHoles) {
     ASSERT_TRUE(closed.ok()) << closed.status();
     const WorkingMesh mesh(*closed);
     EXPECT_TRUE(mesh.OpenFaces().empty());
-    EXPECT_TRUE(FindBoundaryDefects(mesh, hull).empty());
+    EXPECT_TRUE(FindBoundaryDefects(mesh, hull).vertices.empty());
     // Corners of the box may be cut where all cells at them are gone.
     EXPECT_NEAR(Volume(*closed), 216.0, 216.0 * 0.03);
   }
@@ -259,7 +259,7 @@ TEST(BoundaryDefects, CubesThatTouchAtAnEdgeAreFound) {
   mesh.RemoveCell(0);
   mesh.RemoveCell(3);
   for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
-  EXPECT_FALSE(FindBoundaryDefects(mesh, GridHull(n, 1.0)).empty());
+  EXPECT_FALSE(FindBoundaryDefects(mesh, GridHull(n, 1.0)).vertices.empty());
 }
 
 TEST(RepairCells, NeverLeavesAClosedComplexOpen) {
