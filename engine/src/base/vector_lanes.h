@@ -29,12 +29,17 @@ using FloatMask =
 // must be no call.
 #define AMHEX_LANES_INLINE __attribute__((always_inline)) inline
 
+// Lanes anywhere among numbers. Clang heeds an alignment only where it stands with the name, as
+// here, and takes the lanes above to begin where a register would.
+using FloatsAmongNumbers __attribute__((aligned(alignof(float)))) = FloatLanes;
+static_assert(alignof(FloatsAmongNumbers) == alignof(float));
+
 // As one register, not copied byte by byte: the compilers let lanes alias their numbers.
 AMHEX_LANES_INLINE FloatLanes LoadFloats(const float* from) {
-  return *reinterpret_cast<const FloatLanes*>(from);
+  return *reinterpret_cast<const FloatsAmongNumbers*>(from);
 }
 AMHEX_LANES_INLINE void StoreFloats(const FloatLanes& lanes, float* to) {
-  *reinterpret_cast<FloatLanes*>(to) = lanes;
+  *reinterpret_cast<FloatsAmongNumbers*>(to) = lanes;
 }
 
 // Half of them. Where registers hold four numbers, lanes of eight doubles are compared and chosen

@@ -27,9 +27,10 @@ AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
 static_assert(kReadableBeyond * sizeof(float) + 6 * sizeof(float) == sizeof(PhaseLanes));
 AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) { return LoadFloats(from); }
 AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
-  using Pair = float __attribute__((vector_size(8), aligned(alignof(float))));
-  *reinterpret_cast<AxisLanes*>(to) = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3);
-  *reinterpret_cast<Pair*>(to + 4) = __builtin_shufflevector(lanes, lanes, 4, 5);
+  using Four __attribute__((aligned(alignof(float)))) = float __attribute__((vector_size(16)));
+  using Two __attribute__((aligned(alignof(float)))) = float __attribute__((vector_size(8)));
+  *reinterpret_cast<Four*>(to) = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3);
+  *reinterpret_cast<Two*>(to + 4) = __builtin_shufflevector(lanes, lanes, 4, 5);
 }
 
 // Calls body(i) for i in [begin, end), a body that works with lanes.

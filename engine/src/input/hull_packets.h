@@ -45,8 +45,8 @@ class PacketPoint {
 
  private:
   AMHEX_LANES_INLINE FloatLanes Along(int axis, const HullPacket& packet) const {
-    const FloatLanes below = *reinterpret_cast<const FloatLanes*>(packet.low[axis]) - up_[axis];
-    const FloatLanes above = down_[axis] - *reinterpret_cast<const FloatLanes*>(packet.high[axis]);
+    const FloatLanes below = LoadFloats(packet.low[axis]) - up_[axis];
+    const FloatLanes above = down_[axis] - LoadFloats(packet.high[axis]);
     const FloatLanes outside = below > above ? below : above;
     return outside < 0.0F ? FloatLanes{} : outside;
   }
