@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/status_macros.h"
+#include "cost_of_following.h"
 #include "optimize/follow_hull.h"
 #include "optimize/raise_average.h"
 #include "optimize/raise_quality.h"
@@ -29,43 +30,41 @@ constexpr double kGoodLoss = 0.02;
 // placing: its average would have to be better for all that.
 constexpr double kManyMoreOthers = 1.5;
 
-// Of what a boundary is too far from the hull, drawing it there mends little or most: nothing to a
-// quarter on bunny and igea with noise, all on fandisk and rocker-arm.
-constexpr double kMendedShare = 0.5;
-
-double LikelyTotal(const PlacedCandidate& candidate) {  // once followed
-  const PlacedLoss& loss = candidate.loss;
-  return candidate.is_followed ? loss.total() : loss.total() - kMendedShare * loss.distance;
-}
-
 int64_t CountOthers(const CellComplex& complex) {
   const CellCounts counts = CountCells(complex);
   return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
          counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
 }
 
+double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost) {
+  return candidate.is_followed ? candidate.loss.total() : cost.LikelyTotal(candidate.loss);
+}
+
 // Raises its average to the end and draws it to the hull, which mends distances.
-absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate) {
+absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate,
+                    CostOfFollowing& cost) {
+  const PlacedLoss before = candidate.loss;
   AMHEX_ASSIGN_OR_RETURN(candidate.complex, RaiseAverage(std::move(candidate.complex),
                                                          with.features, run, with.device));
   AMHEX_ASSIGN_OR_RETURN(candidate.complex,
                          FollowHull(std::move(candidate.complex), with.hull, with.features, run));
   candidate.is_followed = true;
   candidate.loss = LossOf(candidate.complex, with, kMendableMinimum, StopPoll(run));
+  cost.Learn(before, candidate.loss);
   return absl::OkStatus();
 }
 
 // How far from the hull one is says little before it has been drawn there, which takes long: done
 // where it is likely to be the best then.
 absl::Status FollowPromising(const Improvement& with, RunContext& run,
-                             std::vector<PlacedCandidate>& placed) {
+                             std::vector<PlacedCandidate>& placed, CostOfFollowing& cost) {
   for (;;) {
     auto best = std::min_element(placed.begin(), placed.end(),
-                                 [](const PlacedCandidate& a, const PlacedCandidate& b) {
-                                   return LikelyTotal(a) < LikelyTotal(b);
+                                 [&](const PlacedCandidate& a, const PlacedCandidate& b) {
+                                   return LikelyTotal(a, cost) < LikelyTotal(b, cost);
                                  });
     if (best->is_followed || best->loss.distance == 0) return absl::OkStatus();
-    AMHEX_RETURN_IF_ERROR(Follow(with, run, *best));
+    AMHEX_RETURN_IF_ERROR(Follow(with, run, *best, cost));
   }
 }
 
@@ -79,6 +78,7 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
                                                              const Improvement& with,
                                                              RunContext& run) {
   std::vector<PlacedCandidate> placed;
+  CostOfFollowing cost;
   int64_t others = closed.empty() ? 0 : CountOthers(closed.front().complex);
   bool reach_hull = true;  // those that were drawn there
   for (size_t i = 0; i < closed.size(); ++i) {
@@ -105,15 +105,15 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
         static_cast<double>(next_others) > kManyMoreOthers * static_cast<double>(own_others);
     if (reach_hull && newest.loss.distance > 0 && newest.loss.minimum == 0 &&
         (is_enough || newest.loss.cells < kGoodLoss)) {
-      AMHEX_RETURN_IF_ERROR(Follow(with, run, newest));
+      AMHEX_RETURN_IF_ERROR(Follow(with, run, newest, cost));
       reach_hull = newest.loss.distance == 0;
     }
     if (newest.loss.total() < kGoodLoss || (newest.loss.faults() == 0 && is_enough)) break;
   }
-  if (placed.size() > 1) AMHEX_RETURN_IF_ERROR(FollowPromising(with, run, placed));
+  if (placed.size() > 1) AMHEX_RETURN_IF_ERROR(FollowPromising(with, run, placed, cost));
   std::stable_sort(placed.begin(), placed.end(),
-                   [](const PlacedCandidate& a, const PlacedCandidate& b) {
-                     return a.loss.total() < b.loss.total();
+                   [&](const PlacedCandidate& a, const PlacedCandidate& b) {
+                     return LikelyTotal(a, cost) < LikelyTotal(b, cost);
                    });
   return placed;
 }

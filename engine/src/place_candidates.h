@@ -31,8 +31,8 @@ struct PlacedCandidate {
   PlacedLoss loss;
 };
 
-// Of the closed trials, best first, those that are worth placing, least loss first. They are the
-// first of `closed`, and taken from there.
+// Of the closed trials, best first, those that are worth placing, least loss first, as it is likely
+// to be once they are followed. They are the first of `closed`, and taken from there.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL.
 absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial>& closed,
                                                              const Improvement& with,
