@@ -15,8 +15,8 @@ inline constexpr double kMendedShare = 0.5;
 
 // As a share of what the boundary was too far away: negative where following mends more of that
 // than it takes from the cells. Expected to mend kMendedShare until one was followed, then as it
-// was with the one that gained most, if that is less: on a gear following took two to five times
-// from the cells what it mended, of all ten lattices that were followed.
+// was with the one that gained most, if that is less: on a gear the cells lost two to twelve
+// times what the distance gained, with each of nine lattices.
 class CostOfFollowing {
  public:
   // The total of a candidate that is not followed yet, once it is.
