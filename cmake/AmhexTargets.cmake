@@ -9,7 +9,8 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 if(AMHEX_SANITIZE)
-  add_compile_options(-fsanitize=${AMHEX_SANITIZE} -fno-omit-frame-pointer -g)
+  # Reports name lines, and nothing more of a debugger's than that is worth the compiler's time.
+  add_compile_options(-fsanitize=${AMHEX_SANITIZE} -fno-omit-frame-pointer -g1)
   # What the sanitizers add keeps GCC from seeing that a value is there whenever it is used.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>)
@@ -30,6 +31,12 @@ endfunction()
 function(amhex_test_warnings target)
   amhex_warnings(${target})
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-else>)
+endfunction()
+
+# Where the compiler takes longer to optimize than what it makes ever runs, as in tests and in the
+# reading of a command line: a third less to build, nothing to be felt.
+function(amhex_lightly_optimized target)
+  target_compile_options(${target} PRIVATE $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-O1>)
 endfunction()
 
 # A third of what a compiler does here is reading the same headers of other people again for every
