@@ -21,6 +21,7 @@
 #include "optimize/draw_rest.h"
 #include "optimize/follow_hull.h"
 #include "optimize/improve_mesh.h"
+#include "optimize/lengthen_edges.h"
 #include "optimize/raise_average.h"
 #include "optimize/raise_quality.h"
 #include "optimize/refill_places.h"
@@ -69,8 +70,8 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
 constexpr int kMaxFillings = 3;
 
 // A placed trial with its poor places refilled, its average raised and its boundary drawn to the
-// hull, where `is_followed` does not say that both have been done before; and with more vertices
-// where it stays too far away.
+// hull, where `is_followed` does not say that both have been done before; with more vertices
+// where it stays too far away, and without edges of no length.
 absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
                                              bool is_followed, const Improvement& with,
                                              RunContext& run) {
@@ -88,6 +89,8 @@ absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellC
     AMHEX_ASSIGN_OR_RETURN(refilled,
                            SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
     AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
+    AMHEX_ASSIGN_OR_RETURN(refilled,
+                           LengthenEdges(std::move(refilled), with.hull, with.features, run));
     if (attempt == kMaxFillings) return refilled;
     const StopPoll poll(run);
     if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {

@@ -1,0 +1,154 @@
+// Laws of edges of next to no length: they come to be long enough wherever they are, by moving what
+// constrains least, and neither a good cell nor anything else is given up for it.
+#include "optimize/lengthen_edges.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "closure/working_mesh.h"
+#include "input/hull_queries.h"
+#include "optimize/cell_quality.h"
+#include "output/validate.h"
+#include "support/grid_complex.h"
+#include "support/grid_hull.h"
+
+namespace amhex {
+namespace {
+
+using testing_support::GridComplex;
+using testing_support::GridHull;
+using testing_support::GridSize;
+using testing_support::GridVertex;
+
+constexpr GridSize kSize{5, 4, 4};
+constexpr double kTiny = 1e-5;
+
+double ShortestEdge(const CellComplex& complex) {
+  double shortest = 1e300;
+  for (const CellCorners& corners : complex.cells) {
+    for (const auto& [a, b] : EdgesOf(corners)) {
+      shortest = std::min(shortest, Norm(complex.vertices[a] - complex.vertices[b]));
+    }
+  }
+  return shortest;
+}
+
+double LeastQuality(const CellComplex& complex) {
+  double least = 1;
+  for (const CellCorners& cell : complex.cells) {
+    least = std::min(least, CellQuality(cell, complex.vertices));
+  }
+  return least;
+}
+
+CellComplex Lengthened(const CellComplex& complex) {
+  const Hull hull = GridHull(kSize, 0.5);
+  const RunContext run;
+  auto lengthened = LengthenEdges(complex, hull, HullFeatures(hull), run);
+  EXPECT_TRUE(lengthened.ok()) << lengthened.status().ToString();
+  return *lengthened;
+}
+
+struct Meeting {
+  std::string where;
+  std::array<int, 3> stays;  // a vertex of the grid
+  std::array<int, 3> moves;  // the one that has come next to it
+};
+
+class MeetingVertices : public testing::TestWithParam<Meeting> {
+ protected:
+  static int32_t Vertex(const std::array<int, 3>& at) {
+    return GridVertex(kSize, at[0], at[1], at[2]);
+  }
+  // The layer of cells between the two is thin around them.
+  CellComplex Met() const {
+    CellComplex complex = GridComplex(kSize);
+    const Vec3d to = complex.vertices[Vertex(GetParam().stays)];
+    const Vec3d from = complex.vertices[Vertex(GetParam().moves)];
+    for (Vec3d& vertex : complex.vertices) {
+      if (Dot(vertex - from, from - to) != 0) continue;
+      const double thickness = std::clamp(0.6 * Norm(vertex - from), kTiny, 1.0);
+      vertex += (to - from) * (1 - thickness);
+    }
+    return complex;
+  }
+};
+
+TEST_P(MeetingVertices, ComeApart) {
+  const CellComplex met = Met();
+  ASSERT_LT(ShortestEdge(met), 2 * kTiny);
+  ASSERT_GT(LeastQuality(met), 0.31) << "scaled Jacobians do not tell";
+  const CellComplex apart = Lengthened(met);
+  EXPECT_GE(ShortestEdge(apart), kShortestEdge);
+  EXPECT_GE(LeastQuality(apart), 0.31);
+  EXPECT_EQ(apart.cells, met.cells);
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(apart));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
+TEST_P(MeetingVertices, MoveNoFartherThanTheyMust) {
+  const CellComplex met = Met();
+  const CellComplex apart = Lengthened(met);
+  int moved = 0;
+  for (size_t v = 0; v < met.vertices.size(); ++v) {
+    if (apart.vertices[v] != met.vertices[v]) ++moved;
+    EXPECT_LT(Norm(apart.vertices[v] - met.vertices[v]), 1.01 * kShortestEdge);
+  }
+  EXPECT_EQ(moved, 1);
+}
+
+TEST_P(MeetingVertices, StayOnTheHull) {
+  const Hull hull = GridHull(kSize, 0.5);
+  const CellComplex apart = Lengthened(Met());
+  for (const CellFace& face : apart.hull_faces) {
+    for (int j = 0; j < face.count; ++j) {
+      EXPECT_LT(hull.queries->Closest(apart.vertices[face.v[j]]).distance, 1e-6);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, MeetingVertices,
+                         testing::Values(Meeting{"Inside", {1, 2, 2}, {2, 2, 2}},
+                                         Meeting{"OnAFace", {1, 2, 4}, {2, 2, 4}},
+                                         Meeting{"OnACrease", {1, 0, 4}, {2, 0, 4}},
+                                         Meeting{"AtACorner", {0, 0, 0}, {1, 0, 0}},
+                                         Meeting{"InsideAndOnAFace", {2, 2, 4}, {2, 2, 3}}),
+                         [](const testing::TestParamInfo<Meeting>& meeting) {
+                           return meeting.param.where;
+                         });
+
+TEST(LengthenEdges, MovesTheVertexInsideAndNotTheCorner) {
+  CellComplex complex = GridComplex(kSize);
+  const int32_t corner = GridVertex(kSize, 0, 0, 0), next = GridVertex(kSize, 1, 0, 0);
+  complex.vertices[next] = complex.vertices[corner] + Vec3d{kTiny, 0, 0};
+  const CellComplex apart = Lengthened(complex);
+  EXPECT_EQ(apart.vertices[corner], complex.vertices[corner]);
+  EXPECT_GE(apart.vertices[next].x, kShortestEdge);
+}
+
+TEST(LengthenEdges, LeavesAMeshWithoutShortEdgesAsItIs) {
+  CellComplex complex = GridComplex(kSize);
+  complex.vertices[GridVertex(kSize, 2, 2, 2)].x = 1 + 1.1 * kShortestEdge;
+  EXPECT_EQ(Lengthened(complex).vertices, complex.vertices);
+}
+
+TEST(LengthenEdges, LeavesVerticesThatAreOneAndHaveNoDirectionToGo) {
+  CellComplex complex = GridComplex(kSize);
+  complex.vertices[GridVertex(kSize, 2, 2, 2)] = complex.vertices[GridVertex(kSize, 1, 2, 2)];
+  EXPECT_EQ(Lengthened(complex).vertices, complex.vertices);
+}
+
+TEST(LengthenEdges, IsCancelled) {
+  const Hull hull = GridHull(kSize, 1.0);
+  RunContext run;
+  run.RequestStop();
+  EXPECT_EQ(LengthenEdges(GridComplex(kSize), hull, HullFeatures(hull), run).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace amhex
