@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,10 @@ struct Meeting {
   std::string where;
   std::array<int, 3> stays;  // a vertex of the grid
   std::array<int, 3> moves;  // the one that has come next to it
+
+  friend std::ostream& operator<<(std::ostream& out, const Meeting& meeting) {
+    return out << meeting.where;
+  }
 };
 
 class MeetingVertices : public testing::TestWithParam<Meeting> {
