@@ -34,7 +34,7 @@ function(amhex_test_warnings target)
 endfunction()
 
 # Where the compiler takes longer to optimize than what it makes ever runs, as in tests and in the
-# reading of a command line: a third less to build, nothing to be felt.
+# reading of a command line: of five files each took a fifth to a half less to compile.
 function(amhex_lightly_optimized target)
   target_compile_options(${target} PRIVATE $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-O1>)
 endfunction()

@@ -14,11 +14,11 @@ inline constexpr double kShortestEdge = 0.01;
 
 // Where two vertices have been drawn to one point of a crease, or to two creases that nearly meet,
 // the cells between them may be as good as any by their scaled Jacobians (1e-7 edge lengths were
-// seen) and yet no solver can use them. One end of each such edge, an inner one before one on a
-// face, that before one on a crease, goes on along the edge until it is kShortestEdge long; those
-// at corners of the hull stay. No cell that is better than the mesh's minimum or 0.31 falls below
-// that, others get no worse, and no vertex leaves the hull by more than counts; where that cannot
-// be had the edge stays.
+// seen) and yet no solver can use them. One end of each such edge goes on along it until it is
+// kShortestEdge long: one inside before one on a face, that before one on a crease, and one at a
+// corner of the hull last. No cell that is better than the mesh's minimum falls below that, or,
+// where it cannot be had so, below 0.31; others get no worse, and no vertex leaves the hull by more
+// than does not count. Where that is not enough either the edge stays.
 //
 // Linear in the number of cells, nothing moves where no edge is short. Same result at any thread
 // count. Errors: CANCELLED, DEADLINE_EXCEEDED; RunStopped is thrown where no status can be
