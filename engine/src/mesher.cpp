@@ -17,6 +17,7 @@
 #include "judge.h"
 #include "optimize/report_cells.h"
 #include "output/finalize_mesh.h"
+#include "place_best_trial.h"
 #include "stage.h"
 #include "tell_thin.h"
 #include "trials.h"

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/status_macros.h"
-#include "cost_of_following.h"
 #include "optimize/follow_hull.h"
 #include "optimize/raise_average.h"
 #include "optimize/raise_quality.h"
@@ -34,10 +33,6 @@ int64_t CountOthers(const CellComplex& complex) {
   const CellCounts counts = CountCells(complex);
   return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
          counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
-}
-
-double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost) {
-  return candidate.is_followed ? candidate.loss.total() : cost.LikelyTotal(candidate.loss);
 }
 
 // Raises its average to the end and draws it to the hull, which mends distances.
@@ -74,9 +69,12 @@ const LittleWork& LittleWorkOf(const Hull& hull) {
   return hull.volume <= kFewCells ? kLittleWorkOfFew : kLittleWork;
 }
 
-absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial>& closed,
-                                                             const Improvement& with,
-                                                             RunContext& run) {
+double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost) {
+  return candidate.is_followed ? candidate.loss.total() : cost.LikelyTotal(candidate.loss);
+}
+
+absl::StatusOr<PlacedCandidates> PlaceCandidates(std::vector<ClosedTrial>& closed,
+                                                 const Improvement& with, RunContext& run) {
   std::vector<PlacedCandidate> placed;
   CostOfFollowing cost;
   int64_t others = closed.empty() ? 0 : CountOthers(closed.front().complex);
@@ -115,7 +113,7 @@ absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedT
                    [&](const PlacedCandidate& a, const PlacedCandidate& b) {
                      return LikelyTotal(a, cost) < LikelyTotal(b, cost);
                    });
-  return placed;
+  return PlacedCandidates{std::move(placed), cost};
 }
 
 }  // namespace amhex

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
+#include "cost_of_following.h"
 #include "input/hull.h"
 #include "optimize/improve_mesh.h"
 #include "placed_loss.h"
@@ -28,14 +29,20 @@ struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
   bool is_followed = false;  // its boundary is drawn to the hull
-  PlacedLoss loss;
+  PlacedLoss loss;           // where there is a choice
 };
 
-// Of the closed trials, best first, those that are worth placing, least loss first, as it is likely
-// to be once they are followed. They are the first of `closed`, and taken from there.
-// Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL.
-absl::StatusOr<std::vector<PlacedCandidate>> PlaceCandidates(std::vector<ClosedTrial>& closed,
-                                                             const Improvement& with,
-                                                             RunContext& run);
+// What it is once the candidate is followed, or is likely to be.
+double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost);
+
+struct PlacedCandidates {
+  std::vector<PlacedCandidate> candidates;  // least likely total first
+  CostOfFollowing cost;                     // as far as it has been learnt
+};
+
+// Of the closed trials, best first, those that are worth placing. They are the first of `closed`,
+// and taken from there. Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL.
+absl::StatusOr<PlacedCandidates> PlaceCandidates(std::vector<ClosedTrial>& closed,
+                                                 const Improvement& with, RunContext& run);
 
 }  // namespace amhex

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <mutex>
-#include <numeric>
-#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -14,24 +12,12 @@
 #include "base/status_macros.h"
 #include "closure/close_complex.h"
 #include "closure/rank_complexes.h"
-#include "cuda/device_use.h"
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/site_grid.h"
-#include "optimize/draw_rest.h"
-#include "optimize/follow_hull.h"
-#include "optimize/improve_mesh.h"
-#include "optimize/lengthen_edges.h"
-#include "optimize/raise_average.h"
-#include "optimize/raise_quality.h"
-#include "optimize/refill_places.h"
 #include "optimize/report_cells.h"
-#include "output/finalize_mesh.h"
-#include "output/validate.h"
 #include "place_candidates.h"
-#include "placed_loss.h"
 #include "relax/relaxation.h"
-#include "split_where_paid.h"
 #include "stage.h"
 #include "topology/extract_topology.h"
 
@@ -45,11 +31,6 @@ struct TrialsBySize {
   int started;
 };
 constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {1e5, 2}};
-// Of so many trials the best one is taken where the first keeps a poor cell, and the next ones,
-// too; of more where a part of the solid is lost.
-constexpr size_t kLeastChoice = 3;
-constexpr size_t kLeastChoiceOfLost = 5;
-
 // One stage of every trial: step(input) for each of `inputs`, which it may consume.
 template <class Input, class Step>
 auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const Step& step) {
@@ -63,42 +44,6 @@ auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const S
     }
     return outputs;
   });
-}
-
-// A filling that breaks the law once its vertices are placed is not the only one: another is
-// tried before the run gives up.
-constexpr int kMaxFillings = 3;
-
-// A placed trial with its poor places refilled, its average raised and its boundary drawn to the
-// hull, where `is_followed` does not say that both have been done before; with more vertices
-// where it stays too far away, and without edges of no length.
-absl::StatusOr<CellComplex> RefillUntilValid(const CellComplex& assembled, CellComplex placed,
-                                             bool is_followed, const Improvement& with,
-                                             RunContext& run) {
-  for (int attempt = 1;; ++attempt, is_followed = false) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
-                           RefillPlaces(placed, with.hull, with.features, with.params, run));
-    if (!is_followed) {
-      AMHEX_ASSIGN_OR_RETURN(refilled,
-                             RaiseAverage(std::move(refilled), with.features, run, with.device));
-    }
-    if (!is_followed || refilled.cells != placed.cells || refilled.vertices != placed.vertices) {
-      AMHEX_ASSIGN_OR_RETURN(refilled,
-                             FollowHull(std::move(refilled), with.hull, with.features, run));
-    }
-    AMHEX_ASSIGN_OR_RETURN(refilled,
-                           SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
-    AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
-    AMHEX_ASSIGN_OR_RETURN(refilled,
-                           LengthenEdges(std::move(refilled), with.hull, with.features, run));
-    if (attempt == kMaxFillings) return refilled;
-    const StopPoll poll(run);
-    if (ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid()) {
-      return refilled;
-    }
-    AMHEX_ASSIGN_OR_RETURN(placed, CloseComplex(assembled, with.hull, with.params, run, attempt));
-    AMHEX_ASSIGN_OR_RETURN(placed, ImproveMesh(std::move(placed), with, run));
-  }
 }
 
 // How many of the ranked trials are closed.
@@ -246,58 +191,6 @@ absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assembl
     }
     for (size_t i = begin; i < ranked.size(); ++i) trials.waiting.push_back(ranked[i].index);
     return trials;
-  });
-}
-
-absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
-                                           ClosedTrials trials, const Hull& hull,
-                                           const MeshingParams& params, RunContext& run) {
-  return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
-    AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
-    const HullFeatures features(hull, StopPoll(run));
-    const Improvement with{hull, features, params, &device};
-    std::vector<ClosedTrial>& closed = trials.closed;
-    AMHEX_ASSIGN_OR_RETURN(std::vector<PlacedCandidate> placed, PlaceCandidates(closed, with, run));
-    // Where a poor cell remains, or a part is lost, and nothing was placed beside it, the next ones
-    // have their turn.
-    const size_t trial_count = closed.size() + trials.waiting.size();
-    const auto choice_of = [&](size_t least) {
-      return std::max(placed.size(), std::min(trial_count, least));
-    };
-    const bool has_choice = choice_of(kLeastChoice) > 1;
-    std::optional<CellComplex> best;
-    double least = 0;
-    bool is_lost = false;  // something in the best one
-    for (size_t i = 0; i < choice_of(is_lost ? kLeastChoiceOfLost : kLeastChoice); ++i) {
-      if (i == placed.size()) {
-        if (i == closed.size()) {
-          const size_t next = trials.waiting.front();
-          trials.waiting.erase(trials.waiting.begin());
-          absl::StatusOr<CellComplex> late = CloseComplex(assemblies[next], hull, params, run);
-          AMHEX_RETURN_IF_ERROR(run.CheckStop());
-          if (!late.ok()) break;  // there is a mesh already
-          closed.push_back({next, *std::move(late)});
-        }
-        AMHEX_ASSIGN_OR_RETURN(CellComplex next,
-                               ImproveMesh(std::move(closed[i].complex), with, run));
-        placed.push_back({closed[i].assembly, std::move(next), false, {}});
-      }
-      AMHEX_ASSIGN_OR_RETURN(
-          CellComplex refilled,
-          RefillUntilValid(assemblies[placed[i].assembly], std::move(placed[i].complex),
-                           placed[i].is_followed, with, run));
-      PlacedLoss loss;
-      if (has_choice) loss = LossOf(refilled, with, kGoodMinimum, StopPoll(run));
-      const bool is_good = loss.lost == 0 && SummarizeQuality(refilled, StopPoll(run)).minimum >=
-                                                 params.assembly.min_quality;
-      if (!best.has_value() || loss.total() < least) {
-        best = std::move(refilled);
-        least = loss.total();
-        is_lost = loss.lost > 0;
-      }
-      if (is_good) break;
-    }
-    return PlacedTrial{*std::move(best), device.notes()};
   });
 }
 

@@ -54,15 +54,4 @@ absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assembl
                                          const Hull& hull, const TrialPlan& plan,
                                          const MeshingParams& params, RunContext& run);
 
-struct PlacedTrial {
-  CellComplex complex;
-  std::vector<std::string> device_notes;  // what the device had no room for, each once
-};
-
-// Stage place_vertices: the best of the closed trials with its vertices in their places and its
-// poor places refilled. One that waits is closed where a poor cell is left otherwise.
-absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
-                                           ClosedTrials trials, const Hull& hull,
-                                           const MeshingParams& params, RunContext& run);
-
 }  // namespace amhex

@@ -202,7 +202,8 @@ VertexDeviation::VertexDeviation(const HullSampling& sampling, const Placement& 
     const CellFace& face = placement.complex.hull_faces[f];
     int first = 0;
     while (face.v[first] != vertex) ++first;
-    Fan fan{face.count, {}, {}, 0};
+    Fan fan;
+    fan.count = face.count;
     for (int j = 0; j < face.count; ++j) {
       fan.corner[j] = vertices[face.v[(first + j) % face.count]];
       reach_ = std::max(reach_, Norm(fan.corner[j] - vertices[vertex]));
@@ -222,10 +223,11 @@ std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const 
     const CellFace& face = complex.hull_faces[f];
     const auto end = face.v.begin() + face.count;
     if (std::find(face.v.begin(), end, vertex_) != end) return;
-    OtherFace other{face.count, {}, MiddleOf(face, complex.vertices), 0};
+    const FaceCorners corners = CornersOf(face, complex.vertices);
+    const Vec3d middle = MiddleOf(face, complex.vertices);
+    OtherFace other{middle, 0, FaceInLanes(corners.corner, corners.count, middle)};
     for (int j = 0; j < face.count; ++j) {
-      other.corner[j] = complex.vertices[face.v[j]];
-      other.extent = std::max(other.extent, Norm(other.corner[j] - other.middle));
+      other.extent = std::max(other.extent, Norm(corners.corner[j] - middle));
     }
     faces.push_back(other);
   });
@@ -245,33 +247,36 @@ void VertexDeviation::FindSamples(const std::vector<OtherFace>& faces) {
 
 // Sets what is nearest to the sample; false where that is within the free distance.
 bool VertexDeviation::Locate(const std::vector<OtherFace>& faces, Sample* sample) const {
-  const Vec3d& p = sample->point;
-  const auto try_face = [&](const OtherFace& face) {
-    VisitTriangles(face.corner, face.count, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-      const Vec3d q = ClosestPointOnTriangle(p, a, b, c);
-      const double distance = Norm(q - p);
-      if (distance < sample->distance) sample->distance = distance, sample->nearest = q;
-    });
-    return sample->distance > limits_.free;
-  };
-  // Mostly it is the face with the nearest middle, which bounds what others can be.
-  const OtherFace* likely = nullptr;
-  double bound = 1e300;
-  for (const OtherFace& face : faces) {
-    const double squared = SquaredNorm(p - face.middle);
-    if (squared < bound) bound = squared, likely = &face;
-  }
-  if (likely == nullptr) return true;
-  if (!try_face(*likely)) return false;
-  // Once more in their order: of equally near points the first face's is taken.
-  constexpr double kRoundingSlack = 1 + 1e-9;
-  const double enough = sample->distance * kRoundingSlack;
-  *sample = {p, sample->nearest, 1e300};
-  for (const OtherFace& face : faces) {
-    if (Norm(p - face.middle) - face.extent >= std::min(sample->distance, enough)) continue;
-    if (!try_face(face)) return false;
-  }
-  return true;
+  bool is_beyond = true;
+  RunWithWidestVectors([&] {
+    const Vec3d& p = sample->point;
+    const auto try_face = [&](const OtherFace& face) {
+      const NearestOnFace at = face.lanes.Nearest(p);
+      const double distance = std::sqrt(at.squared);
+      if (distance < sample->distance) sample->distance = distance, sample->nearest = at.point;
+      is_beyond = sample->distance > limits_.free;
+    };
+    // Mostly it is the face with the nearest middle, which bounds what others can be.
+    const OtherFace* likely = nullptr;
+    double bound = 1e300;
+    for (const OtherFace& face : faces) {
+      const double squared = SquaredNorm(p - face.middle);
+      if (squared < bound) bound = squared, likely = &face;
+    }
+    if (likely == nullptr) return;
+    try_face(*likely);
+    if (!is_beyond) return;
+    // Once more in their order: of equally near points the first face's is taken.
+    constexpr double kRoundingSlack = 1 + 1e-9;
+    const double enough = sample->distance * kRoundingSlack;
+    *sample = {p, sample->nearest, 1e300};
+    for (const OtherFace& face : faces) {
+      if (Norm(p - face.middle) - face.extent >= std::min(sample->distance, enough)) continue;
+      try_face(face);
+      if (!is_beyond) return;
+    }
+  });
+  return is_beyond;
 }
 
 void VertexDeviation::FindCreaseSamples() {
@@ -307,6 +312,7 @@ Deviation VertexDeviation::At(const Vec3d& position, double bound) {
     for (int j = 0; j < fan.count; ++j) {
       fan.extent = std::max(fan.extent, Norm(fan.corner[j] - fan.middle));
     }
+    fan.lanes = FaceInLanes(fan.corner, fan.count, fan.middle);
   }
   worst_of_hull_ = worst_of_boundary_ = worst_of_creases_ = {};
   Deviation deviation;
@@ -323,20 +329,20 @@ void VertexDeviation::Count(double distance, Deviation* deviation) const {
 }
 
 void VertexDeviation::AddHullSamples(double bound, Deviation* deviation) {
-  for (const Sample& sample : samples_) {
-    if (deviation->cost > bound) return;
-    Gap gap{sample.point, sample.nearest, sample.distance};
-    for (const Fan& fan : fans_) {
-      if (Norm(sample.point - fan.middle) - fan.extent >= gap.distance) continue;
-      VisitTriangles(fan.corner, fan.count, [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-        const Vec3d q = ClosestPointOnTriangle(sample.point, a, b, c);
-        const double distance = Norm(q - sample.point);
-        if (distance < gap.distance) gap.distance = distance, gap.nearest = q;
-      });
+  RunWithWidestVectors([&] {
+    for (const Sample& sample : samples_) {
+      if (deviation->cost > bound) return;
+      Gap gap{sample.point, sample.nearest, sample.distance};
+      for (const Fan& fan : fans_) {
+        if (Norm(sample.point - fan.middle) - fan.extent >= gap.distance) continue;
+        const NearestOnFace at = fan.lanes.Nearest(sample.point);
+        const double distance = std::sqrt(at.squared);
+        if (distance < gap.distance) gap.distance = distance, gap.nearest = at.point;
+      }
+      if (gap.distance > worst_of_hull_.distance) worst_of_hull_ = gap;
+      Count(gap.distance, deviation);
     }
-    if (gap.distance > worst_of_hull_.distance) worst_of_hull_ = gap;
-    Count(gap.distance, deviation);
-  }
+  });
 }
 
 void VertexDeviation::AddBoundarySamples(Deviation* deviation) {

@@ -10,6 +10,7 @@
 #include "fields/point_index.h"
 #include "input/hull.h"
 #include "optimize/hull_features.h"
+#include "optimize/nearest_on_face.h"
 #include "optimize/placement.h"
 
 namespace amhex {
@@ -114,16 +115,16 @@ class VertexDeviation {
     Vec3d corner[4];
     Vec3d middle;
     double extent = 0;
+    FaceInLanes lanes;
     std::array<int32_t, 3> likely = {-1, -1,
                                      -1};  // where the hull was near its places (HullQueries)
   };
 
   // A face not at the vertex, and a ball around it.
   struct OtherFace {
-    int count = 0;
-    Vec3d corner[4];
     Vec3d middle;
     double extent = 0;
+    FaceInLanes lanes;
   };
 
   std::vector<OtherFace> FindOtherFaces() const;

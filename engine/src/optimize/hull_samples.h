@@ -14,11 +14,12 @@ namespace amhex {
 // tenth of them or more. Then the hull tells where the solid is, not they.
 bool PointsScatter(const Hull& hull, const StopPoll& poll);
 
-// Spread over the hull, and points of the input: those far from `boundary` and some of the others;
-// without those off the hull where points scatter.
+// Spread evenly over the hull, points of the input where it has some: of those near one another the
+// one farthest from `boundary`; none off the hull where points scatter.
 std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, bool points_scatter,
                               const StopPoll& poll);
 
+// Spread evenly along the creases.
 std::vector<Vec3d> CreasePoints(const FeatureView& features);
 
 }  // namespace amhex

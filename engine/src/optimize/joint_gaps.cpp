@@ -36,6 +36,10 @@ std::array<double, 3> WeightsAt(const Vec3d& p, const Vec3d& a, const Vec3d& b, 
   return {1 - of_b - of_c, of_b, of_c};
 }
 
+AMHEX_LANES_INLINE HalfLanes LanesAt(const std::vector<double>& numbers, size_t block) {
+  return *reinterpret_cast<const HalfLanes*>(&numbers[block * kHalfLanes]);
+}
+
 }  // namespace
 
 JointGaps::JointGaps(const HullSampling& sampling, const Placement& placement,
@@ -54,11 +58,15 @@ JointGaps::Face JointGaps::FaceNow(int32_t f) const {
   for (int j = 0; j < face.count; ++j) {
     now.extent = std::max(now.extent, Norm(now.corner[j] - now.middle));
   }
+  now.lanes = FaceInLanes(now.corner.data(), now.count, now.middle);
   return now;
 }
 
 void JointGaps::Renew() {
-  for (size_t i = 0; i < own_ids_.size(); ++i) faces_[i] = FaceNow(own_ids_[i]);
+  for (size_t i = 0; i < own_ids_.size(); ++i) {
+    faces_[i] = FaceNow(own_ids_[i]);
+    NoteBall(i);
+  }
 }
 
 bool JointGaps::Enter(const std::vector<int32_t>& moving) {
@@ -89,7 +97,7 @@ bool JointGaps::Enter(const std::vector<int32_t>& moving) {
   sampling_.face_index().VisitNear(middle, reach + kFaceReach, [&](int32_t f) {
     if (!std::binary_search(own_ids_.begin(), own_ids_.end(), f)) faces_.push_back(FaceNow(f));
   });
-  CollectMiddles();
+  CollectBalls();
   return FindSamples(middle, reach);
 }
 
@@ -102,12 +110,16 @@ std::vector<int32_t> JointGaps::Seen() const {
   return seen;
 }
 
-void JointGaps::CollectMiddles() {
+void JointGaps::CollectBalls() {
   const size_t blocks = (faces_.size() + kHalfLanes - 1) / kHalfLanes;
-  for (int a = 0; a < 3; ++a) {
-    middles_[a].assign(blocks * kHalfLanes, kNowhere);
-    for (size_t f = 0; f < faces_.size(); ++f) middles_[a][f] = faces_[f].middle[a];
-  }
+  for (std::vector<double>& middles : middles_) middles.assign(blocks * kHalfLanes, kNowhere);
+  extents_.assign(blocks * kHalfLanes, 0);
+  for (size_t f = 0; f < faces_.size(); ++f) NoteBall(f);
+}
+
+void JointGaps::NoteBall(size_t f) {
+  for (int a = 0; a < 3; ++a) middles_[a][f] = faces_[f].middle[a];
+  extents_[f] = faces_[f].extent;
 }
 
 bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
@@ -134,18 +146,20 @@ bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
   return !is_lost;
 }
 
+AMHEX_LANES_INLINE HalfLanes JointGaps::SquaredFromMiddles(const Vec3d& p, size_t block) const {
+  const VectorsOf<kHalfLanes> middles = {LanesAt(middles_[0], block), LanesAt(middles_[1], block),
+                                         LanesAt(middles_[2], block)};
+  const VectorsOf<kHalfLanes> away = middles.From(p);
+  return away.Dot(away);
+}
+
 // The first of the nearest ones.
 size_t JointGaps::FaceNearMiddle(const Vec3d& p) const {
   HalfLanes least = HalfLanes{} + kNowhere * kNowhere;
   HalfMask block_of_least = {};
   RunWithWidestVectors([&] {
     for (size_t block = 0; block < middles_[0].size() / kHalfLanes; ++block) {
-      const auto lanes_of = [&](int a) {
-        return *reinterpret_cast<const HalfLanes*>(&middles_[a][block * kHalfLanes]);
-      };
-      const VectorsOf<kHalfLanes> middles = {lanes_of(0), lanes_of(1), lanes_of(2)};
-      const VectorsOf<kHalfLanes> away = middles.From(p);
-      const HalfLanes squared = away.Dot(away);
+      const HalfLanes squared = SquaredFromMiddles(p, block);
       const HalfMask is_nearer = squared < least;
       least = is_nearer ? squared : least;
       block_of_least = is_nearer ? HalfMask{} + static_cast<int64_t>(block) : block_of_least;
@@ -163,26 +177,32 @@ size_t JointGaps::FaceNearMiddle(const Vec3d& p) const {
 // Not the nearest where one is found within `enough`.
 JointGaps::FacePoint JointGaps::NearestOnFaces(const Vec3d& p, size_t likely, double enough) const {
   FacePoint nearest;
-  double bound = 1e300;  // squared
-  const auto look_at = [&](size_t f) {
-    const Face& face = faces_[f];
-    const auto consider = [&](int side, const Vec3d& third) {
-      const Vec3d q =
-          ClosestPointOnTriangle(p, face.corner[side], face.corner[(side + 1) % face.count], third);
-      const double squared = SquaredNorm(q - p);
-      if (!(squared < bound)) return;
-      bound = squared;
-      nearest.point = q, nearest.face = f, nearest.side = side;
+  RunWithWidestVectors([&] {
+    double bound = 1e300;  // squared
+    const auto look_at = [&](size_t f) {
+      const NearestOnFace at = faces_[f].lanes.Nearest(p);
+      if (!(at.squared < bound)) return;
+      bound = at.squared, nearest.distance = std::sqrt(bound);
+      nearest.point = at.point, nearest.face = f, nearest.side = at.side;
     };
-    if (face.count == 3) return consider(0, face.corner[2]);
-    for (int side = 0; side < 4; ++side) consider(side, face.middle);
-  };
-  look_at(likely);
-  for (size_t f = 0; f < faces_.size() && bound > enough * enough; ++f) {
-    const double far = faces_[f].extent + std::sqrt(bound);
-    if (f != likely && SquaredNorm(p - faces_[f].middle) < far * far) look_at(f);
-  }
-  nearest.distance = std::sqrt(bound);
+    look_at(likely);
+    const size_t blocks = extents_.size() / kHalfLanes;
+    for (size_t block = 0; block < blocks && bound > enough * enough; ++block) {
+      const HalfLanes squared = SquaredFromMiddles(p, block);
+      const auto is_far = [&](const auto& extent, const auto& from_middle) {
+        const auto far = extent + nearest.distance;
+        return from_middle >= far * far;
+      };
+      const HalfLanes extents = LanesAt(extents_, block);
+      for (uint32_t left = BitsOf(~is_far(extents, squared)); left != 0; left &= left - 1) {
+        const int lane = LowestBit(left);
+        const size_t f = block * kHalfLanes + static_cast<size_t>(lane);
+        if (f == likely || is_far(extents[lane], squared[lane])) continue;
+        look_at(f);
+        if (bound <= enough * enough) break;
+      }
+    }
+  });
   return nearest;
 }
 

@@ -8,6 +8,7 @@
 
 #include "optimize/hull_deviation.h"
 #include "optimize/joint_place.h"
+#include "optimize/nearest_on_face.h"
 #include "optimize/placement.h"
 
 namespace amhex {
@@ -49,6 +50,7 @@ class JointGaps {
     std::array<Vec3d, 4> corner;
     Vec3d middle;
     double extent = 0;  // of a ball around the middle
+    FaceInLanes lanes;
   };
   struct Sample {
     Vec3d point;
@@ -77,8 +79,10 @@ class JointGaps {
 
   Face FaceNow(int32_t f) const;
   bool FindSamples(const Vec3d& middle, double reach);
+  HalfLanes SquaredFromMiddles(const Vec3d& p, size_t block) const;
   size_t FaceNearMiddle(const Vec3d& p) const;
-  void CollectMiddles();
+  void CollectBalls();
+  void NoteBall(size_t f);
   void Renew();
   FacePoint NearestOnFaces(const Vec3d& p, size_t likely, double enough) const;
   EdgePoint NearestOnEdges(const Vec3d& p, double enough) const;
@@ -101,8 +105,9 @@ class JointGaps {
   std::vector<int32_t> own_ids_;    // hull faces at them, ascending
   std::vector<int> own_divisions_;  // of those, as they were on entering
   std::vector<Face> faces_;         // those first, then others around
-  // Coordinates of their middles when entered, padded to whole lanes.
+  // Coordinates of their middles, and their extents, padded to whole lanes.
   std::array<std::vector<double>, 3> middles_;
+  std::vector<double> extents_;
   std::vector<Sample> samples_;
   std::vector<Vec3d> crease_samples_;
   // [place of the boundary, in the order of visits] where the hull was near it (HullQueries).

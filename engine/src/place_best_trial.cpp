@@ -1,0 +1,153 @@
+#include "place_best_trial.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "base/status_macros.h"
+#include "closure/close_complex.h"
+#include "cuda/device_use.h"
+#include "optimize/hull_features.h"
+#include "optimize/improve_mesh.h"
+#include "optimize/raise_quality.h"
+#include "place_candidates.h"
+#include "placed_loss.h"
+#include "refill_trial.h"
+#include "stage.h"
+
+namespace amhex {
+namespace {
+
+// Of so many trials the best one is taken where the first keeps a poor cell, and the next ones,
+// too; of more where a part of the solid is lost, or none is valid.
+constexpr size_t kLeastChoice = 3;
+constexpr size_t kLeastChoiceOfLost = 5;
+
+// The trials in the order of their turns: those that were placed beside each other, the other
+// closed ones, those that wait; each is brought as far as that when its turn comes.
+class Turns {
+ public:
+  Turns(const std::vector<CellComplex>& assemblies, ClosedTrials trials, PlacedCandidates placed,
+        const Improvement& with)
+      : assemblies_(assemblies),
+        closed_(std::move(trials.closed)),
+        waiting_(std::move(trials.waiting)),
+        placed_(std::move(placed.candidates)),
+        cost_(placed.cost),
+        with_(with) {}
+
+  // How many have a turn, of all that there are, where a choice of `least` is wanted.
+  size_t Count(size_t least) const {
+    return std::max(placed_.size(), std::min(closed_.size() + waiting_.size(), least));
+  }
+
+  // Turn `i`, after those before it. Nothing where the trial cannot be closed, or is not likely to
+  // come to a loss of less than `enough` when it is refilled and followed.
+  absl::StatusOr<std::optional<PlacedCandidate>> Take(size_t i, double enough, RunContext& run) {
+    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, Place(i, run));
+    if (next.has_value() && LikelyTotal(*next, cost_) >= enough) next.reset();
+    return next;
+  }
+
+ private:
+  absl::StatusOr<std::optional<PlacedCandidate>> Place(size_t i, RunContext& run) {
+    if (i < placed_.size()) return std::optional<PlacedCandidate>(std::move(placed_[i]));
+    size_t assembly;
+    CellComplex complex;
+    if (i < closed_.size()) {
+      assembly = closed_[i].assembly;
+      complex = std::move(closed_[i].complex);
+    } else {
+      assembly = waiting_[i - closed_.size()];
+      absl::StatusOr<CellComplex> late =
+          CloseComplex(assemblies_[assembly], with_.hull, with_.params, run);
+      AMHEX_RETURN_IF_ERROR(run.CheckStop());
+      if (!late.ok()) return std::optional<PlacedCandidate>();
+      complex = *std::move(late);
+    }
+    AMHEX_ASSIGN_OR_RETURN(complex, ImproveMesh(std::move(complex), with_, run));
+    const PlacedLoss loss = LossOf(complex, with_, kMendableMinimum, StopPoll(run));
+    return std::optional<PlacedCandidate>({assembly, std::move(complex), false, loss});
+  }
+
+  const std::vector<CellComplex>& assemblies_;
+  std::vector<ClosedTrial> closed_;
+  std::vector<size_t> waiting_;
+  std::vector<PlacedCandidate> placed_;
+  CostOfFollowing cost_;
+  Improvement with_;
+};
+
+// The best valid one so far.
+struct Best {
+  std::optional<CellComplex> complex;
+  PlacedLoss loss;
+
+  bool is_whole() const { return complex.has_value() && loss.lost == 0; }
+  double total() const {
+    return complex.has_value() ? loss.total() : std::numeric_limits<double>::infinity();
+  }
+
+  void Update(CellComplex next, const PlacedLoss& loss_of_next) {
+    if (loss_of_next.total() >= total()) return;
+    complex = std::move(next);
+    loss = loss_of_next;
+  }
+};
+
+// Of the assemblies, all of which broke the law with their first filling, the first one with a
+// valid filling; the last attempt where there is none.
+absl::StatusOr<CellComplex> FillFirstAnew(const std::vector<CellComplex>& assemblies,
+                                          const std::vector<size_t>& broken,
+                                          const Improvement& with, RunContext& run) {
+  RefilledTrial last;
+  for (size_t i = 0; i < broken.size() && !last.is_valid; ++i) {
+    AMHEX_ASSIGN_OR_RETURN(last, FillAnew(assemblies[broken[i]], with, run));
+  }
+  return std::move(last.complex);
+}
+
+absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,
+                                   const Improvement& with, RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(PlacedCandidates placed, PlaceCandidates(trials.closed, with, run));
+  Turns turns(assemblies, std::move(trials), std::move(placed), with);
+  const bool has_choice = turns.Count(kLeastChoice) > 1;
+  Best best;
+  std::vector<size_t> broken;
+  for (size_t i = 0; i < turns.Count(best.is_whole() ? kLeastChoice : kLeastChoiceOfLost); ++i) {
+    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, best.total(), run));
+    if (!next.has_value()) continue;
+    AMHEX_ASSIGN_OR_RETURN(RefilledTrial refilled,
+                           RefillTrial(std::move(next->complex), next->is_followed, with, run));
+    if (!refilled.is_valid) {
+      broken.push_back(next->assembly);
+      continue;
+    }
+    PlacedLoss loss;
+    if (has_choice) loss = LossOf(refilled.complex, with, kGoodMinimum, StopPoll(run));
+    const bool is_good =
+        loss.lost == 0 && SummarizeQuality(refilled.complex, StopPoll(run)).minimum >=
+                              with.params.assembly.min_quality;
+    best.Update(std::move(refilled.complex), loss);
+    if (is_good) break;
+  }
+  if (best.complex.has_value()) return *std::move(best.complex);
+  return FillFirstAnew(assemblies, broken, with, run);
+}
+
+}  // namespace
+
+absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
+                                           ClosedTrials trials, const Hull& hull,
+                                           const MeshingParams& params, RunContext& run) {
+  return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
+    AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
+    const HullFeatures features(hull, StopPoll(run));
+    const Improvement with{hull, features, params, &device};
+    AMHEX_ASSIGN_OR_RETURN(CellComplex best, BestOf(assemblies, std::move(trials), with, run));
+    return PlacedTrial{std::move(best), device.notes()};
+  });
+}
+
+}  // namespace amhex

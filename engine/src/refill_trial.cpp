@@ -1,0 +1,60 @@
+#include "refill_trial.h"
+
+#include <utility>
+
+#include "base/status_macros.h"
+#include "closure/close_complex.h"
+#include "optimize/draw_rest.h"
+#include "optimize/follow_hull.h"
+#include "optimize/lengthen_edges.h"
+#include "optimize/raise_average.h"
+#include "optimize/refill_places.h"
+#include "output/finalize_mesh.h"
+#include "output/validate.h"
+#include "placed_loss.h"
+#include "split_where_paid.h"
+
+namespace amhex {
+namespace {
+
+// Of one trial, the first one included.
+constexpr int kMaxFillings = 3;
+
+}  // namespace
+
+absl::StatusOr<RefilledTrial> RefillTrial(CellComplex placed, bool is_followed,
+                                          const Improvement& with, RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
+                         RefillPlaces(placed, with.hull, with.features, with.params, run));
+  if (!is_followed) {
+    AMHEX_ASSIGN_OR_RETURN(refilled,
+                           RaiseAverage(std::move(refilled), with.features, run, with.device));
+  }
+  if (!is_followed || refilled.cells != placed.cells || refilled.vertices != placed.vertices) {
+    AMHEX_ASSIGN_OR_RETURN(refilled,
+                           FollowHull(std::move(refilled), with.hull, with.features, run));
+  }
+  AMHEX_ASSIGN_OR_RETURN(refilled,
+                         SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
+  AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
+  AMHEX_ASSIGN_OR_RETURN(refilled,
+                         LengthenEdges(std::move(refilled), with.hull, with.features, run));
+  const StopPoll poll(run);
+  const bool is_valid =
+      ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid();
+  return RefilledTrial{std::move(refilled), is_valid};
+}
+
+absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Improvement& with,
+                                       RunContext& run) {
+  RefilledTrial last;
+  for (int filling = 1; filling < kMaxFillings && !last.is_valid; ++filling) {
+    AMHEX_ASSIGN_OR_RETURN(CellComplex placed,
+                           CloseComplex(assembled, with.hull, with.params, run, filling));
+    AMHEX_ASSIGN_OR_RETURN(placed, ImproveMesh(std::move(placed), with, run));
+    AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(std::move(placed), false, with, run));
+  }
+  return last;
+}
+
+}  // namespace amhex
