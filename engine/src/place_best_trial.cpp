@@ -1,6 +1,7 @@
 #include "place_best_trial.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -24,6 +25,32 @@ namespace {
 constexpr size_t kLeastChoice = 3;
 constexpr size_t kLeastChoiceOfLost = 5;
 
+// The best valid one so far.
+struct Best {
+  std::optional<CellComplex> complex;
+  PlacedLoss loss;
+  int64_t closed_others = 0;
+
+  bool is_whole() const { return complex.has_value() && loss.lost == 0; }
+  double total() const {
+    return complex.has_value() ? loss.total() : std::numeric_limits<double>::infinity();
+  }
+
+  // What the cells of another closed trial cost goes with how many are no hexahedra, mostly. False
+  // if it would have to be better than that.
+  bool MayLoseTo(int64_t others) const {
+    const double ratio = static_cast<double>(others) / static_cast<double>(closed_others);
+    return !complex.has_value() || closed_others == 0 || loss.cells * ratio < loss.total();
+  }
+
+  void Update(PlacedCandidate next) {
+    if (next.loss.total() >= total()) return;
+    complex = std::move(next.complex);
+    loss = next.loss;
+    closed_others = next.closed_others;
+  }
+};
+
 // The trials in the order of their turns: those that were placed beside each other, the other
 // closed ones, those that wait; each is brought as far as that when its turn comes.
 class Turns {
@@ -43,15 +70,16 @@ class Turns {
   }
 
   // Turn `i`, after those before it. Nothing where the trial cannot be closed, or is not likely to
-  // come to a loss of less than `enough` when it is refilled and followed.
-  absl::StatusOr<std::optional<PlacedCandidate>> Take(size_t i, double enough, RunContext& run) {
-    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, Place(i, run));
-    if (next.has_value() && LikelyTotal(*next, cost_) >= enough) next.reset();
+  // be better than the best one when it is refilled and followed.
+  absl::StatusOr<std::optional<PlacedCandidate>> Take(size_t i, const Best& best, RunContext& run) {
+    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, Place(i, best, run));
+    if (next.has_value() && LikelyTotal(*next, cost_) >= best.total()) next.reset();
     return next;
   }
 
  private:
-  absl::StatusOr<std::optional<PlacedCandidate>> Place(size_t i, RunContext& run) {
+  absl::StatusOr<std::optional<PlacedCandidate>> Place(size_t i, const Best& best,
+                                                       RunContext& run) {
     if (i < placed_.size()) return std::optional<PlacedCandidate>(std::move(placed_[i]));
     size_t assembly;
     CellComplex complex;
@@ -66,9 +94,11 @@ class Turns {
       if (!late.ok()) return std::optional<PlacedCandidate>();
       complex = *std::move(late);
     }
+    const int64_t others = CountOthers(complex);
+    if (!best.MayLoseTo(others)) return std::optional<PlacedCandidate>();
     AMHEX_ASSIGN_OR_RETURN(complex, ImproveMesh(std::move(complex), with_, run));
     const PlacedLoss loss = LossOf(complex, with_, kMendableMinimum, StopPoll(run));
-    return std::optional<PlacedCandidate>({assembly, std::move(complex), false, loss});
+    return std::optional<PlacedCandidate>({assembly, std::move(complex), others, false, loss});
   }
 
   const std::vector<CellComplex>& assemblies_;
@@ -77,23 +107,6 @@ class Turns {
   std::vector<PlacedCandidate> placed_;
   CostOfFollowing cost_;
   Improvement with_;
-};
-
-// The best valid one so far.
-struct Best {
-  std::optional<CellComplex> complex;
-  PlacedLoss loss;
-
-  bool is_whole() const { return complex.has_value() && loss.lost == 0; }
-  double total() const {
-    return complex.has_value() ? loss.total() : std::numeric_limits<double>::infinity();
-  }
-
-  void Update(CellComplex next, const PlacedLoss& loss_of_next) {
-    if (loss_of_next.total() >= total()) return;
-    complex = std::move(next);
-    loss = loss_of_next;
-  }
 };
 
 // Of the assemblies, all of which broke the law with their first filling, the first one with a
@@ -116,7 +129,7 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
   Best best;
   std::vector<size_t> broken;
   for (size_t i = 0; i < turns.Count(best.is_whole() ? kLeastChoice : kLeastChoiceOfLost); ++i) {
-    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, best.total(), run));
+    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, best, run));
     if (!next.has_value()) continue;
     AMHEX_ASSIGN_OR_RETURN(RefilledTrial refilled,
                            RefillTrial(std::move(next->complex), next->is_followed, with, run));
@@ -124,12 +137,13 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
       broken.push_back(next->assembly);
       continue;
     }
-    PlacedLoss loss;
-    if (has_choice) loss = LossOf(refilled.complex, with, kGoodMinimum, StopPoll(run));
+    next->complex = std::move(refilled.complex);
+    next->loss = {};
+    if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
     const bool is_good =
-        loss.lost == 0 && SummarizeQuality(refilled.complex, StopPoll(run)).minimum >=
-                              with.params.assembly.min_quality;
-    best.Update(std::move(refilled.complex), loss);
+        next->loss.lost == 0 &&
+        SummarizeQuality(next->complex, StopPoll(run)).minimum >= with.params.assembly.min_quality;
+    best.Update(*std::move(next));
     if (is_good) break;
   }
   if (best.complex.has_value()) return *std::move(best.complex);

@@ -29,12 +29,6 @@ constexpr double kGoodLoss = 0.02;
 // placing: its average would have to be better for all that.
 constexpr double kManyMoreOthers = 1.5;
 
-int64_t CountOthers(const CellComplex& complex) {
-  const CellCounts counts = CountCells(complex);
-  return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
-         counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
-}
-
 // Raises its average to the end and draws it to the hull, which mends distances.
 absl::Status Follow(const Improvement& with, RunContext& run, PlacedCandidate& candidate,
                     CostOfFollowing& cost) {
@@ -69,6 +63,12 @@ const LittleWork& LittleWorkOf(const Hull& hull) {
   return hull.volume <= kFewCells ? kLittleWorkOfFew : kLittleWork;
 }
 
+int64_t CountOthers(const CellComplex& complex) {
+  const CellCounts counts = CountCells(complex);
+  return std::accumulate(counts.begin(), counts.end(), int64_t{0}) -
+         counts[static_cast<size_t>(PrimitiveType::kHexahedron)];
+}
+
 double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost) {
   return candidate.is_followed ? candidate.loss.total() : cost.LikelyTotal(candidate.loss);
 }
@@ -81,9 +81,10 @@ absl::StatusOr<PlacedCandidates> PlaceCandidates(std::vector<ClosedTrial>& close
   bool reach_hull = true;  // those that were drawn there
   for (size_t i = 0; i < closed.size(); ++i) {
     SetPart(i, closed.size(), run);
+    const int64_t closed_others = CountOthers(closed[i].complex);
     AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
                            ImproveMesh(std::move(closed[i].complex), with, run));
-    placed.push_back({closed[i].assembly, std::move(complex), false, {}});
+    placed.push_back({closed[i].assembly, std::move(complex), closed_others, false, {}});
     const int64_t own_others = CountOthers(placed.back().complex);
     const int64_t next_others =
         i + 1 < closed.size() ? CountOthers(closed[i + 1].complex) : int64_t{0};

@@ -28,9 +28,12 @@ const LittleWork& LittleWorkOf(const Hull& hull);
 struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
-  bool is_followed = false;  // its boundary is drawn to the hull
-  PlacedLoss loss;           // where there is a choice
+  int64_t closed_others = 0;  // cells that were no hexahedra before it was placed
+  bool is_followed = false;   // its boundary is drawn to the hull
+  PlacedLoss loss;            // where there is a choice
 };
+
+int64_t CountOthers(const CellComplex& complex);
 
 // What it is once the candidate is followed, or is likely to be.
 double LikelyTotal(const PlacedCandidate& candidate, const CostOfFollowing& cost);
