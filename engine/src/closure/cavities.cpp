@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstdint>
 #include <numbers>
 #include <numeric>
 
@@ -96,6 +96,28 @@ void PairAroundEdge(const WorkingMesh& mesh, const std::vector<CellFace>& faces,
   }
 }
 
+struct Step {
+  int32_t from, to;
+};
+
+// What no other face takes back, reversed, by where it starts.
+std::vector<Step> BoundarySteps(const std::vector<CellFace>& faces) {
+  const std::vector<EdgeUse> uses = CollectEdgeUses(faces);
+  std::vector<Step> steps;
+  for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+    // What runs either way does not cancel where it is boundary.
+    int balance = 0;
+    for (; end < uses.size() && uses[end].edge == uses[begin].edge; ++end) {
+      balance += uses[end].forward ? 1 : -1;
+    }
+    for (int k = 0; k < balance; ++k) steps.push_back({uses[begin].high(), uses[begin].low()});
+    for (int k = 0; k < -balance; ++k) steps.push_back({uses[begin].low(), uses[begin].high()});
+  }
+  std::stable_sort(steps.begin(), steps.end(),
+                   [](const Step& a, const Step& b) { return a.from < b.from; });
+  return steps;
+}
+
 }  // namespace
 
 Cavities CollectCavities(const WorkingMesh& mesh) {
@@ -128,43 +150,47 @@ Cavities CollectCavities(const WorkingMesh& mesh) {
 }
 
 std::vector<std::vector<int32_t>> BoundaryLoops(const std::vector<CellFace>& faces) {
-  std::map<int32_t, std::vector<int32_t>> next;
-  const std::vector<EdgeUse> uses = CollectEdgeUses(faces);
-  for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
-    // What runs either way does not cancel where it is boundary.
-    int balance = 0;
-    for (; end < uses.size() && uses[end].edge == uses[begin].edge; ++end) {
-      balance += uses[end].forward ? 1 : -1;
+  const std::vector<Step> steps = BoundarySteps(faces);
+  // Vertices with steps away from them, ascending, and those that are in no loop yet.
+  struct Start {
+    int32_t vertex;
+    size_t next, end;
+    size_t place;  // in the path under way
+  };
+  constexpr size_t kNowhere = SIZE_MAX;
+  std::vector<Start> starts;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    if (i == 0 || steps[i].from != steps[i - 1].from) {
+      starts.push_back({steps[i].from, i, i, kNowhere});
     }
-    for (int k = 0; k < balance; ++k) next[uses[begin].high()].push_back(uses[begin].low());
-    for (int k = 0; k < -balance; ++k) next[uses[begin].low()].push_back(uses[begin].high());
+    ++starts.back().end;
   }
+  const auto start_at = [&](int32_t vertex) {
+    const auto found =
+        std::lower_bound(starts.begin(), starts.end(), vertex,
+                         [](const Start& start, int32_t v) { return start.vertex < v; });
+    const bool is_one =
+        found != starts.end() && found->vertex == vertex && found->next < found->end;
+    return is_one ? &*found : nullptr;
+  };
   std::vector<std::vector<int32_t>> loops;
-  while (!next.empty()) {
-    std::vector<int32_t> path;
-    std::map<int32_t, size_t> position;
-    int32_t v = next.begin()->first;
-    while (true) {
-      if (const auto seen = position.find(v); seen != position.end()) {
-        std::vector<int32_t> loop(path.begin() + static_cast<std::ptrdiff_t>(seen->second),
-                                  path.end());
-        for (size_t k = 0; k < loop.size(); ++k) {
-          const int32_t to = k + 1 < loop.size() ? loop[k + 1] : v;
-          auto& targets = next[loop[k]];
-          targets.erase(std::find(targets.begin(), targets.end(), to));
-          if (targets.empty()) next.erase(loop[k]);
-        }
-        loops.push_back(std::move(loop));
-        break;
+  std::vector<Start*> path;
+  for (Start& first : starts) {
+    while (first.next < first.end) {
+      Start* at = &first;
+      path.clear();
+      while (at != nullptr && at->place == kNowhere) {
+        at->place = path.size();
+        path.push_back(at);
+        at = start_at(steps[at->next].to);
       }
-      position[v] = path.size();
-      path.push_back(v);
-      const auto it = next.find(v);
-      if (it == next.end()) {
-        loops.emplace_back();
-        return loops;
+      std::vector<int32_t>& loop = loops.emplace_back();
+      if (at == nullptr) return loops;
+      for (size_t k = at->place; k < path.size(); ++k) {
+        loop.push_back(path[k]->vertex);
+        ++path[k]->next;
       }
-      v = it->second.front();
+      for (Start* passed : path) passed->place = kNowhere;
     }
   }
   return loops;

@@ -6,6 +6,7 @@
 #include <array>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "closure/boundary_defects.h"
 #include "closure/cavities.h"
@@ -147,6 +148,33 @@ TEST(BoundaryLoops, AHoleAtTheHullHasOneLoop) {
   const auto loops = BoundaryLoops(cavities.faces[0]);
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops[0].size(), 4u);
+}
+
+// A loop runs against the faces that it closes, from its first vertex, which is its least.
+std::vector<int32_t> LoopOf(const CellFace& face) {
+  std::vector<int32_t> loop(face.v.begin(), face.v.begin() + face.count);
+  std::reverse(loop.begin(), loop.end());
+  std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+  return loop;
+}
+
+TEST(BoundaryLoops, FacesThatMeetAtAVertexHaveALoopEach) {
+  const CellFace quad{4, {0, 1, 2, 3}}, triangle{3, {2, 5, 4, -1}}, apart{3, {6, 7, 8, -1}};
+  std::vector<std::vector<int32_t>> loops = BoundaryLoops({quad, triangle, apart});
+  for (std::vector<int32_t>& loop : loops) {
+    std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+  }
+  std::sort(loops.begin(), loops.end());
+  EXPECT_EQ(loops,
+            (std::vector<std::vector<int32_t>>{LoopOf(quad), LoopOf(triangle), LoopOf(apart)}));
+}
+
+TEST(BoundaryLoops, FacesThatShareAnEdgeHaveOneAroundBoth) {
+  const CellFace quad{4, {0, 1, 2, 3}}, next{4, {1, 4, 5, 2}};
+  const std::vector<int32_t> around = {0, 3, 2, 5, 4, 1};
+  const auto loops = BoundaryLoops({quad, next});
+  ASSERT_EQ(loops.size(), 1u);
+  EXPECT_EQ(loops[0], around);
 }
 
 TEST(Star, KernelOfACubeIsItsCentre) {
