@@ -189,15 +189,13 @@ JointGaps::FacePoint JointGaps::NearestOnFaces(const Vec3d& p, size_t likely, do
     const size_t blocks = extents_.size() / kHalfLanes;
     for (size_t block = 0; block < blocks && bound > enough * enough; ++block) {
       const HalfLanes squared = SquaredFromMiddles(p, block);
-      const auto is_far = [&](const auto& extent, const auto& from_middle) {
-        const auto far = extent + nearest.distance;
-        return from_middle >= far * far;
-      };
-      const HalfLanes extents = LanesAt(extents_, block);
-      for (uint32_t left = BitsOf(~is_far(extents, squared)); left != 0; left &= left - 1) {
+      const HalfLanes far = LanesAt(extents_, block) + nearest.distance;
+      const HalfMask is_near = squared < far * far;
+      for (uint32_t left = BitsOf(is_near); left != 0; left &= left - 1) {
         const int lane = LowestBit(left);
         const size_t f = block * kHalfLanes + static_cast<size_t>(lane);
-        if (f == likely || is_far(extents[lane], squared[lane])) continue;
+        const double far_now = extents_[f] + nearest.distance;
+        if (f == likely || squared[lane] >= far_now * far_now) continue;
         look_at(f);
         if (bound <= enough * enough) break;
       }
