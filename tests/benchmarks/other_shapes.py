@@ -5,12 +5,13 @@
     tests/benchmarks/results_table.py --output other.md FOLDER/tetrahedron.obj:1500 ...
 
 Solids with few large faces, acute edges, thin parts, and smooth ones of one formula. Closed,
-outward oriented triangles as .obj. Standard library only; takes some 20 seconds.
+outward oriented triangles as .obj. Standard library only; takes some two minutes.
 """
 
 import itertools
 import math
 import pathlib
+import random
 import sys
 
 GOLDEN = (1 + math.sqrt(5)) / 2
@@ -171,6 +172,8 @@ def level_set(value, half, steps):
     tetrahedra = [(0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7)]
     for cell in itertools.product(range(steps), repeat=3):
         nodes = [tuple(c + o for c, o in zip(cell, corner)) for corner in corners]
+        if len({values[node] < 0 for node in nodes}) == 1:
+            continue
         for tetrahedron in tetrahedra:
             inside = [nodes[k] for k in tetrahedron if values[nodes[k]] < 0]
             outside = [nodes[k] for k in tetrahedron if values[nodes[k]] >= 0]
@@ -212,6 +215,41 @@ def blob(x, y, z):
     return 1 - sum(1 / (0.01 + math.dist((x, y, z), c) ** 2) for c in centres) / 2.2
 
 
+def unit(vector):
+    return tuple(x / math.hypot(*vector) for x in vector)
+
+
+def random_part(draw, spread, scale):
+    """A ball, box, cylinder or torus, anywhere near the origin and turned any way."""
+    direction = lambda: unit([draw.uniform(-1, 1) for _ in range(3)])
+    along = direction()
+    across = unit(cross(along, direction()))
+    axes = (along, across, cross(along, across))
+    centre = [draw.uniform(-spread, spread) for _ in range(3)]
+    a, b, c = (scale * draw.uniform(0.25, 0.6) for _ in range(3))
+    radius, tube = scale * draw.uniform(0.4, 0.6), scale * draw.uniform(0.12, 0.22)
+    kinds = (
+        lambda x, y, z: math.hypot(x, y, z) - a,
+        lambda x, y, z: max(abs(x) - a, abs(y) - b, abs(z) - c),
+        lambda x, y, z: max(math.hypot(x, y) - a, abs(z) - b),
+        lambda x, y, z: math.hypot(math.hypot(x, y) - radius, z) - tube,
+    )
+    kind = draw.choice(kinds)
+    return lambda *p: kind(*(dot(axis, minus(p, centre)) for axis in axes))
+
+
+def random_solid(seed):
+    """A part, others added and some taken away."""
+    draw = random.Random(seed)
+    added, taken = [random_part(draw, 0, 1)], []
+    for _ in range(draw.randint(1, 3)):
+        if draw.random() < 0.4:
+            taken.append(random_part(draw, 0.5, 0.7))
+        else:
+            added.append(random_part(draw, 0.5, 1))
+    return lambda *p: max([min(part(*p) for part in added)] + [-part(*p) for part in taken])
+
+
 def shapes():
     yield "tetrahedron", TETRAHEDRON
     yield "octahedron", OCTAHEDRON
@@ -236,6 +274,8 @@ def shapes():
     yield "dumbbell", level_set(dumbbell, (3.2, 1.2, 1.2), 50)
     yield "lens", level_set(lens, (1.4, 1.4, 0.5), 44)
     yield "blob", level_set(blob, (2.9, 2.9, 2.9), 46)
+    for seed in range(1, 5):
+        yield f"solid{seed}", level_set(random_solid(seed), (1.5, 1.5, 1.5), 64)
 
 
 def main():

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "absl/container/flat_hash_map.h"
+#include "base/sort_unique.h"
 #include "optimize/hull_deviation.h"
 #include "output/surface_distance.h"
 
@@ -57,25 +58,26 @@ bool PointsScatter(const Hull& hull, const StopPoll& poll) {
 
 std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, bool points_scatter,
                               const StopPoll& poll) {
-  const double free = LimitsFor(hull).free;
-  // The input's own points are on ridges and tips: of those in each cube of a grid the farthest.
+  const double limit = LimitsFor(hull).limit, free = LimitsFor(hull).free;
+  // The input's own points are on ridges and tips: of those in each cube of a grid the farthest,
+  // and all that are too far, which have to be seen to come nearer one by one.
   const std::vector<double> distances = DistancesOf(hull.input_points, free, boundary, poll);
   absl::flat_hash_map<Cube, size_t> farthest;
+  std::vector<size_t> kept;
   for (size_t i = 0; i < hull.input_points.size(); ++i) {
     poll.At(static_cast<int64_t>(i));
     const Vec3d& p = hull.input_points[i];
     if (points_scatter && !hull.queries->IsWithin(p, free)) continue;
     const auto [at, is_first] = farthest.try_emplace(CubeAt(p), i);
     if (!is_first && distances[i] > distances[at->second]) at->second = i;
+    if (distances[i] > limit) kept.push_back(i);
   }
   std::vector<Vec3d> points;
   for (const Vec3d& p : SampleSurface(hull.vertices, hull.triangles, kSampleSpacing)) {
     if (!farthest.contains(CubeAt(p))) points.push_back(p);
   }
-  std::vector<size_t> kept;
-  kept.reserve(farthest.size());
   for (const auto& [cube, i] : farthest) kept.push_back(i);
-  std::sort(kept.begin(), kept.end());
+  SortUnique(kept);
   for (const size_t i : kept) points.push_back(hull.input_points[i]);
   return points;
 }

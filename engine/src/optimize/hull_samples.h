@@ -15,7 +15,8 @@ namespace amhex {
 bool PointsScatter(const Hull& hull, const StopPoll& poll);
 
 // Spread evenly over the hull, points of the input where it has some: of those near one another the
-// one farthest from `boundary`; none off the hull where points scatter.
+// one farthest from `boundary`, and all that are farther than is wanted; none off the hull where
+// points scatter.
 std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, bool points_scatter,
                               const StopPoll& poll);
 
