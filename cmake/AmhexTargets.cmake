@@ -38,6 +38,9 @@ endfunction()
 function(amhex_lightly_optimized target)
   target_compile_options(${target} PRIVATE $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-O1>)
 endfunction()
+function(amhex_lightly_optimized_sources)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
+endfunction()
 
 # A third of what a compiler does here is reading the same headers of other people again for every
 # file, so each larger target reads its own once. A compiler cache does better without, and

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "base/array_view_of.h"
 #include "base/vector_lanes.h"
 #include "cuda/device_use.h"
 #include "fields/gradient_task.h"
@@ -209,11 +210,6 @@ absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<flo
   return iteration;
 }
 
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
 }  // namespace
 
 absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
@@ -225,8 +221,8 @@ absl::StatusOr<int> SolveConjugateGradient(const LinearSystem& system,
   GradientTask task;
   task.matrix = system.matrix;
   task.links = system.links;
-  task.node_count = ViewOf(rhs).size / system.unknowns;
-  task.right_side = ViewOf(rhs);
+  task.node_count = ArrayViewOf(rhs).size / system.unknowns;
+  task.right_side = ArrayViewOf(rhs);
   task.x = x;
   task.limits = {limits.max_iterations, limits.tolerance};
   task.should_stop = [&run] { return run.ShouldStop(); };

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "base/array_view_of.h"
 #include "fields/point_index.h"
 
 namespace amhex::fields {
@@ -13,14 +14,9 @@ namespace {
 
 constexpr double kBinSize = 1.0;  // edge lengths
 
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
 LatticeSteps StepsOf(const BackgroundGrid& grid, const LatticeForm& form,
                      const std::vector<Vec3d>& positions) {
-  return {{ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)},
+  return {{ArrayViewOf(form.frames), ArrayViewOf(form.sizes), ArrayViewOf(positions)},
           grid.Cells(),
           {kAxisRotations.data(), kRotationCount}};
 }
@@ -29,10 +25,11 @@ std::vector<int32_t> NearestSites(const LatticeView& lattice, const Sites& sites
                                   const RunContext& run) {
   const PointIndex index(sites.position, kBinSize);
   std::vector<int32_t> nearest(lattice.positions.size);
-  ForEach(
-      run, lattice.positions.size,
-      NearestSiteBody{
-          lattice, index.view(), ViewOf(sites.position), {nearest.data(), lattice.positions.size}});
+  ForEach(run, lattice.positions.size,
+          NearestSiteBody{lattice,
+                          index.view(),
+                          ArrayViewOf(sites.position),
+                          {nearest.data(), lattice.positions.size}});
   return nearest;
 }
 
@@ -48,7 +45,7 @@ std::vector<VotedFaces> CountVotes(std::vector<VotedFaces> votes) {
         return a.face_a != b.face_a ? a.face_a < b.face_a : a.face_b < b.face_b;
       });
   std::vector<VotedFaces> counted;
-  const CountVotesSearch search{ViewOf(votes)};
+  const CountVotesSearch search{ArrayViewOf(votes)};
   for (int64_t i = 0; i < search.votes.size; ++i) {
     search.VisitItems(i, [&counted](const VotedFaces& faces) { counted.push_back(faces); });
   }
@@ -81,8 +78,8 @@ std::vector<VotedFaces> VoteFaces(const BackgroundGrid& grid, const LatticeForm&
   const std::vector<int32_t> site_of_node = NearestSites(steps.lattice, sites, run);
   const VoteSearch search{steps,
                           {grid.fine().neighbours.data()->data(), kNeighbourCount * grid.count()},
-                          ViewOf(sites.frame),
-                          ViewOf(site_of_node)};
+                          ArrayViewOf(sites.frame),
+                          ArrayViewOf(site_of_node)};
   // In slices, so that memory stays far below one vote per edge.
   constexpr int64_t kSlice = int64_t{1} << 20;
   std::vector<Ballot> ballots;

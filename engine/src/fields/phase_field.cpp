@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/array_view_of.h"
 #include "base/stop_poll.h"
 #include "fields/conjugate_gradient.h"
 #include "fields/frame_lanes.h"
@@ -14,11 +15,6 @@ namespace {
 
 constexpr PhaseLanes kMinusImaginary = {1, -1, 1, -1, 1, -1, 1, -1};
 constexpr PhaseLanes kMinusReal = {-1, 1, -1, 1, -1, 1, -1, 1};
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
 
 // Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
 // Energy: sum over edges |psi_i e^{2 pi i increment} - psi_j|^2 (conjugated where the axes oppose)
@@ -77,8 +73,11 @@ class PhaseSystem {
 
   // The same one node at a time, on this system's arrays.
   PhaseOperator Matrix() const {
-    return {
-        links_, {turns_.data(), kTurns * count_}, ViewOf(edge_count_), ViewOf(hull_weight_), pull_};
+    return {links_,
+            {turns_.data(), kTurns * count_},
+            ArrayViewOf(edge_count_),
+            ArrayViewOf(hull_weight_),
+            pull_};
   }
 
   // Hull targets, plus the pull towards the unit numbers in the direction of x.
@@ -201,12 +200,12 @@ OwnedWishes FindWishes(const HullNodes& at_hull, const BackgroundGrid& grid,
   ForEach(run, at_hull.count(),
           FindWishesBody{at_hull,
                          grid.Cells(),
-                         ViewOf(form.frames),
-                         ViewOf(form.sizes),
+                         ArrayViewOf(form.frames),
+                         ArrayViewOf(form.sizes),
                          weight,
                          {wishes.weights.data(), 3 * at_hull.count()},
                          {wishes.targets.data(), 6 * at_hull.count()}});
-  wishes.view = {at_hull.nodes, ViewOf(wishes.weights), ViewOf(wishes.targets)};
+  wishes.view = {at_hull.nodes, ArrayViewOf(wishes.weights), ArrayViewOf(wishes.targets)};
   return wishes;
 }
 
@@ -241,9 +240,10 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
   }
   std::vector<Vec3d> positions(grid.count());
   const ArrayView<Vec3d> places{positions.data(), grid.count()};
-  ForEach(run, grid.count(), FindPositionBody{grid.Cells(), ViewOf(form.steps), ViewOf(x), places});
+  ForEach(run, grid.count(),
+          FindPositionBody{grid.Cells(), ArrayViewOf(form.steps), ArrayViewOf(x), places});
   ForEach(run, at_hull.count(),
-          ProjectToLayersBody{at_hull, ViewOf(form.frames), ViewOf(form.sizes), places});
+          ProjectToLayersBody{at_hull, ArrayViewOf(form.frames), ArrayViewOf(form.sizes), places});
   if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
   slice.Report(1.0);
   return positions;

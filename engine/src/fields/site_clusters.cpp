@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
 #include "fields/cluster_input.h"
@@ -14,11 +15,6 @@
 
 namespace amhex::fields {
 namespace {
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
 
 struct HeavyNode {
   float mass;
@@ -118,7 +114,9 @@ absl::StatusOr<Sites> ClusterSites(const HullQueries& hull, const BackgroundGrid
                                    const LatticeForm& form, const std::vector<Vec3d>& positions,
                                    const ProgressSlice& slice) {
   const ClusterInput input{
-      {ViewOf(form.frames), ViewOf(form.sizes), ViewOf(positions)}, grid.Cells(), hull.view()};
+      {ArrayViewOf(form.frames), ArrayViewOf(form.sizes), ArrayViewOf(positions)},
+      grid.Cells(),
+      hull.view()};
   AMHEX_ASSIGN_OR_RETURN(const std::vector<ClusterSite> clusters,
                          FindClusters(PointIndex(positions, kClusterBinSize), input, slice));
   Sites sites = SitesOf(clusters, form);

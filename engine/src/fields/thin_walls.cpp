@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "fields/form_bodies.h"
 #include "fields/node_links.h"
@@ -11,14 +12,6 @@
 #include "input/hull_queries.h"
 
 namespace amhex::fields {
-namespace {
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
-}  // namespace
 
 absl::Status FitThinWalls(const HullQueries& hull, const BackgroundGrid& grid,
                           const ForwardCodes& codes, const RunContext& run, LatticeForm* form) {
@@ -31,7 +24,7 @@ absl::Status FitThinWalls(const HullQueries& hull, const BackgroundGrid& grid,
   ForEach(run, answers.size, AskBody<WallLoweringOf>{hull.view(), question, answers});
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   ForEach(run, grid.count(),
-          LowerBody{links.View(), ViewOf(grid.fine().place_at_hull), ReadOnly(answers), view});
+          LowerBody{links.View(), ArrayViewOf(grid.fine().place_at_hull), ReadOnly(answers), view});
   return run.CheckStop();
 }
 

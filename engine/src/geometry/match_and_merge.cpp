@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
 #include "cuda/device_use.h"
@@ -52,19 +53,15 @@ void CollectVertices(const MergeView& sets, const StopPoll& poll, MatchTask* tas
   task->vertices = std::move(vertices), task->corners = std::move(corners);
 }
 
-template <class T>
-ArrayView<T> ViewOf(std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
 void LabelOnCpu(const Cubes& cubes, const HullView& hull, MatchTask* task) {
   task->hull_faces.resize(task->corners.size());
   task->on_hull.resize(task->vertices.size());
   CpuExecutor executor(task->should_stop);
   LabelHull(executor, hull,
-            {cubes.view(), ReadOnly(ViewOf(task->vertices)), ReadOnly(ViewOf(task->corners)),
-             ReadOnly(ViewOf(task->matches))},
-            {ViewOf(task->hull_faces), ViewOf(task->on_hull)}, ViewOf(task->vertices));
+            {cubes.view(), ArrayViewOf(task->vertices), ArrayViewOf(task->corners),
+             ArrayViewOf(task->matches)},
+            {WritableViewOf(task->hull_faces), WritableViewOf(task->on_hull)},
+            WritableViewOf(task->vertices));
 }
 
 absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const RunContext& run, MatchTask* task) {

@@ -1,14 +1,8 @@
 #include "geometry/merge_sets.h"
 
+#include "base/array_view_of.h"
+
 namespace amhex {
-namespace {
-
-template <class T>
-ArrayView<T> ViewOf(std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
-}  // namespace
 
 MergeSets::MergeSets(const Cubes& cubes) {
   const size_t count = 8 * cubes.centre.size();
@@ -17,8 +11,13 @@ MergeSets::MergeSets(const Cubes& cubes) {
   matches_.assign(cubes.centre.size(), {-1, -1, -1, -1, -1, -1});
   const auto face_count = static_cast<int64_t>(6 * matches_.size());
   int32_t* const first_face = matches_.empty() ? nullptr : matches_.data()->data();
-  view_ = {cubes.view(), ViewOf(parent_), ViewOf(size_),           ViewOf(ring_next_),
-           ViewOf(low_), ViewOf(high_),   {first_face, face_count}};
+  view_ = {cubes.view(),
+           WritableViewOf(parent_),
+           WritableViewOf(size_),
+           WritableViewOf(ring_next_),
+           WritableViewOf(low_),
+           WritableViewOf(high_),
+           {first_face, face_count}};
   for (int64_t v = 0; v < view_.parent.size; ++v) view_.Start(v);
 }
 

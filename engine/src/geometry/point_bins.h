@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "geometry/point_bins_view.h"
 
 namespace amhex {
@@ -19,7 +20,7 @@ class PointBins {
     for (const Vec3d& p : points) box.Extend(p);
     if (!points.empty()) view_.low = box.low;
     view_.bin_size = bin_size;
-    view_.points = ViewOf(points);
+    view_.points = ArrayViewOf(points);
     std::vector<std::pair<int64_t, int32_t>> keyed(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
       keyed[i] = {view_.KeyAt(points[i]), static_cast<int32_t>(i)};
@@ -33,7 +34,8 @@ class PointBins {
       order_[i] = keyed[i].second;
     }
     begin_.push_back(static_cast<int32_t>(keyed.size()));
-    view_.keys = ViewOf(keys_), view_.begin = ViewOf(begin_), view_.order = ViewOf(order_);
+    view_.keys = ArrayViewOf(keys_), view_.begin = ArrayViewOf(begin_),
+    view_.order = ArrayViewOf(order_);
   }
   PointBins(const PointBins&) = delete;
   PointBins& operator=(const PointBins&) = delete;
@@ -49,11 +51,6 @@ class PointBins {
   const PointBinsView& view() const { return view_; }
 
  private:
-  template <class T>
-  static ArrayView<const T> ViewOf(const std::vector<T>& values) {
-    return {values.data(), static_cast<int64_t>(values.size())};
-  }
-
   std::vector<int64_t> keys_;
   std::vector<int32_t> begin_;
   std::vector<int32_t> order_;

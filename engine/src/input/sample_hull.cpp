@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "exec/cpu_executor.h"
@@ -27,11 +28,6 @@ constexpr double kSharpEdgeStep = 0.1;     // between the points that stand for 
 constexpr double kBoxMargin = 1e-3;
 // On a device, fewer candidates cost more than they save (a guess, as for hull queries).
 constexpr int64_t kFewestForDevice = 2048;
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
 
 // Points spread evenly by area: each triangle gets its whole share, rounded by accumulation.
 // [triangle] its first candidate; at the end how many there are.
@@ -129,7 +125,7 @@ bool SampleOnCpu(SampleTask& task, const StopPoll& poll) {
   CpuExecutor executor(task.should_stop);
   const std::vector<int32_t> places = PlacesOnCpu(executor, task.surface);
   if (executor.Stopped()) return false;
-  task.surface.place = ViewOf(places);
+  task.surface.place = ArrayViewOf(places);
   const auto count = static_cast<size_t>(task.candidate_count);
   std::vector<Vec3d> position(count);
   std::vector<int32_t> triangle(count);
@@ -142,7 +138,7 @@ bool SampleOnCpu(SampleTask& task, const StopPoll& poll) {
   const ArrayView<const Vec3d> sharp = task.surface.sharp_position;
   const fields::PointIndex rows(position, task.rows);
   const fields::PointIndex sharp_rows({sharp.data, sharp.data + sharp.size}, task.sharp_rows);
-  const CandidateView view{task.surface, ViewOf(position), ViewOf(triangle), rows.view(),
+  const CandidateView view{task.surface, ArrayViewOf(position), ArrayViewOf(triangle), rows.view(),
                            sharp_rows.view()};
   const std::vector<int32_t> chosen = ChooseSamples(view, poll);
   std::vector<HullSample> samples(chosen.size());
@@ -184,14 +180,14 @@ absl::StatusOr<HullSamples> SampleHull(const Hull& hull, Backend backend, RunCon
   const int64_t count = first.back();
   const auto sharp_count = static_cast<int64_t>(sharp.position.size());
   SampleTask task{{hull.queries->view_if_here(),
-                   ViewOf(flat),
+                   ArrayViewOf(flat),
                    {},
-                   ViewOf(hull.patch),
-                   ViewOf(curvature),
-                   ViewOf(first),
-                   ViewOf(sharp.position),
-                   ViewOf(sharp.direction),
-                   ViewOf(sharp.patches)},
+                   ArrayViewOf(hull.patch),
+                   ArrayViewOf(curvature),
+                   ArrayViewOf(first),
+                   ArrayViewOf(sharp.position),
+                   ArrayViewOf(sharp.direction),
+                   ArrayViewOf(sharp.patches)},
                   &hull.queries->resident(),
                   count,
                   fields::ShapeOfRows(box, count, kCandidateBinSize),

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/uploaded_arrays.h"
 #include "optimize/feature_view.h"
 
@@ -82,17 +83,13 @@ class FeatureUpload {
            crease.high,
            {segments_.Take(crease.segments.segments), segment_nodes_.Take(crease.segments.nodes)}});
     }
-    there.patches = arrays.UploadArray(ViewOf(patches));
-    there.creases = arrays.UploadArray(ViewOf(creases));
+    there.patches = arrays.UploadArray(ArrayViewOf(patches));
+    there.creases = arrays.UploadArray(ArrayViewOf(creases));
     there.corners = arrays.UploadArray(host_.corners);
     return there;
   }
 
  private:
-  template <class T>
-  static ArrayView<const T> ViewOf(const std::vector<T>& values) {
-    return {values.data(), static_cast<int64_t>(values.size())};
-  }
   // A hull without creases is one patch, and shares its arrays.
   bool IsWholeHull(const HullView& patch) const {
     return patch.triangles.data == host_.hull.triangles.data;

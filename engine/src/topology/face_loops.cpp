@@ -1,5 +1,6 @@
 #include "topology/face_loops.h"
 
+#include "base/array_view_of.h"
 #include "topology/loop_search.h"
 #include "topology/parallel_blocks.h"
 
@@ -7,10 +8,6 @@ namespace amhex {
 namespace {
 
 constexpr int64_t kVerticesPerBlock = 1024;
-
-ArrayView<const Vec3d> ViewOf(const std::vector<Vec3d>& vertices) {
-  return {vertices.data(), static_cast<int64_t>(vertices.size())};
-}
 
 }  // namespace
 
@@ -27,11 +24,11 @@ absl::Status FindQuads(const EdgeNetwork& network, const RunContext& context,
 }
 
 bool IsWellShapedQuad(const CellFace& quad, const std::vector<Vec3d>& vertices) {
-  return IsWellShaped(quad, ViewOf(vertices));
+  return IsWellShaped(quad, ArrayViewOf(vertices));
 }
 
 VertexPair ShortestDiagonal(const CellFace& quad, const std::vector<Vec3d>& vertices) {
-  return ShorterDiagonal(quad, ViewOf(vertices));
+  return ShorterDiagonal(quad, ArrayViewOf(vertices));
 }
 
 }  // namespace amhex
