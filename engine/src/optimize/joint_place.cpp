@@ -112,10 +112,8 @@ void JointPlace::Collect(const std::vector<int32_t>& poor) {
 VertexConstraint JointPlace::ConstraintOf(int32_t vertex) const {
   const VertexConstraint& constraint = view_.constraints[vertex];
   if (!is_loose_) return constraint;
-  const bool is_on_crease =
-      constraint.kind == Constraint::kCrease &&
-      Norm(Constrain(constraint, view_.vertices[vertex], view_.features).point -
-           view_.vertices[vertex]) < kOnFeature;
+  const bool is_on_crease = constraint.kind == Constraint::kCrease &&
+                            Norm(FootOf(view_, vertex).point - view_.vertices[vertex]) < kOnFeature;
   return is_on_crease ? constraint : VertexConstraint();
 }
 
@@ -219,7 +217,8 @@ HingeFit JointPlace::FitHere(const PlaceJudgement& now, double wanted,
   for (const int32_t v : moving_) {
     const Vec3d& p = view_.vertices[v];
     const VertexConstraint constraint = ConstraintOf(v);
-    const ConstrainedPoint at = Constrain(constraint, p, view_.features);
+    const ConstrainedPoint at =
+        constraint.kind == Constraint::kFree ? ConstrainedPoint{p, {}, {}} : FootOf(view_, v);
     freedoms_.push_back({constraint, AxesAt(constraint, at), at.point, p - at.point});
   }
   Rows rows, guards;

@@ -4,9 +4,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "base/array_view_of.h"
 #include "optimize/sweep_task.h"
 
 namespace amhex {
@@ -15,17 +17,8 @@ namespace {
 constexpr size_t kCellsPerBlock = 64;
 constexpr float kFirstStep = 0.1F;  // edge lengths
 
-template <class T>
-ArrayView<const T> Viewed(const std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-template <class T>
-ArrayView<T> Changeable(std::vector<T>& values) {
-  return {values.data(), static_cast<int64_t>(values.size())};
-}
-
 IncidenceView Viewed(const Incidence& incidence) {
-  return {Viewed(incidence.begin), Viewed(incidence.item)};
+  return {ArrayViewOf(incidence.begin), ArrayViewOf(incidence.item)};
 }
 
 // No cell twice.
@@ -44,17 +37,18 @@ void RenewSurvey(const std::vector<int32_t>& cells, Placement& placement, const 
 
 PlacementView ViewOf(Placement& placement) {
   PlacementView view;
-  view.vertices = Changeable(placement.complex.vertices);
-  view.cells = Viewed(placement.complex.cells);
-  view.hull_faces = Viewed(placement.complex.hull_faces);
-  view.patterns = Viewed(AllCellPatterns());
-  view.pattern_of_cell = Viewed(placement.neighbourhoods.patterns);
+  view.vertices = WritableViewOf(placement.complex.vertices);
+  view.cells = ArrayViewOf(placement.complex.cells);
+  view.hull_faces = ArrayViewOf(placement.complex.hull_faces);
+  view.patterns = ArrayViewOf(AllCellPatterns());
+  view.pattern_of_cell = ArrayViewOf(placement.neighbourhoods.patterns);
   view.cells_at = Viewed(placement.neighbourhoods.cells);
   view.hull_faces_at = Viewed(placement.neighbourhoods.hull_faces);
-  view.constraints = Viewed(placement.constraints.vertex);
-  view.face_normal = Viewed(placement.constraints.face_normal);
-  view.min_scaled_jacobian = Changeable(placement.survey.min_scaled_jacobian);
-  view.near_folding = Changeable(placement.survey.near_folding);
+  view.constraints = ArrayViewOf(placement.constraints.vertex);
+  view.face_normal = ArrayViewOf(placement.constraints.face_normal);
+  view.known_feet = WritableViewOf(placement.known_feet);
+  view.min_scaled_jacobian = WritableViewOf(placement.survey.min_scaled_jacobian);
+  view.near_folding = WritableViewOf(placement.survey.near_folding);
   view.features = placement.features.view();
   return view;
 }
@@ -71,7 +65,7 @@ SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& r
   task.active = &memory.active;
   task.step = &memory.step;
   for (const std::vector<int32_t>& colour : placement.neighbourhoods.colours) {
-    task.colours.push_back(Viewed(colour));
+    task.colours.push_back(ArrayViewOf(colour));
   }
   task.should_stop = [&run] { return run.ShouldStop(); };
   return task;
@@ -81,7 +75,13 @@ Placement PreparePlacement(CellComplex& complex, const HullFeatures& features,
                            const StopPoll& poll) {
   VertexNeighbourhoods neighbourhoods = FindNeighbourhoods(complex, poll);
   VertexConstraints constraints = AssignConstraints(complex, neighbourhoods, features, poll);
-  Placement placement{complex, features, std::move(neighbourhoods), std::move(constraints), {}};
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  Placement placement{complex,
+                      features,
+                      std::move(neighbourhoods),
+                      std::move(constraints),
+                      {},
+                      std::vector<Vec3d>(complex.vertices.size(), {kAnywhere, 0, 0})};
   SurveyAllCells(placement, poll);
   return placement;
 }

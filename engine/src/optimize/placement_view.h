@@ -35,6 +35,9 @@ struct PlacementView {
   // Of the constraints.
   ArrayView<const VertexConstraint> constraints;  // [vertex]
   ArrayView<const Vec3d> face_normal;             // [hull face]
+  // Of each vertex that belongs to a patch a point of it, near or infinitely far; empty where
+  // bodies run on a device.
+  ArrayView<Vec3d> known_feet;  // [vertex]
   // Of the survey.
   ArrayView<float> min_scaled_jacobian;  // [cell]
   ArrayView<uint8_t> near_folding;       // [cell]
@@ -52,5 +55,24 @@ struct PlacementView {
     visit(face_normal);
   }
 };
+
+// Where its constraint admits the vertex, nearest to where it is.
+AMHEX_HD inline ConstrainedPoint FootOf(const PlacementView& placement, int64_t v) {
+  const VertexConstraint& constraint = placement.constraints[v];
+  const Vec3d& p = placement.vertices[v];
+  if (constraint.kind != Constraint::kPatch || placement.known_feet.empty()) {
+    return Constrain(constraint, p, placement.features);
+  }
+  return ConstrainFrom(constraint, p, placement.known_feet[v], placement.features);
+}
+
+// The same, and keeps it for the next time.
+AMHEX_HD inline ConstrainedPoint FindFoot(const PlacementView& placement, int64_t v) {
+  const ConstrainedPoint foot = FootOf(placement, v);
+  if (placement.constraints[v].kind == Constraint::kPatch && !placement.known_feet.empty()) {
+    placement.known_feet[v] = foot.point;
+  }
+  return foot;
+}
 
 }  // namespace amhex

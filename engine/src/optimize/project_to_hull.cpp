@@ -18,10 +18,9 @@ namespace {
 
 constexpr size_t kVerticesPerBlock = 1024;
 
-double OffsetOf(const Placement& placement, size_t v) {
-  const VertexConstraint& constraint = placement.constraints.vertex[v];
-  const Vec3d& p = placement.complex.vertices[v];
-  return Norm(Constrain(constraint, p, placement.features.view()).point - p);
+double OffsetOf(const PlacementView& placement, size_t v) {
+  const auto vertex = static_cast<int64_t>(v);
+  return Norm(FootOf(placement, vertex).point - placement.vertices[vertex]);
 }
 
 }  // namespace
@@ -49,22 +48,24 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
 }
 
 void WeakenUnreached(Placement& placement, double tolerance, const StopPoll& poll) {
+  const PlacementView view = ViewOf(placement);
   for (size_t v = 0; v < placement.constraints.vertex.size(); ++v) {
     poll.At(static_cast<int64_t>(v));
     VertexConstraint& constraint = placement.constraints.vertex[v];
     if (constraint.kind != Constraint::kCrease && constraint.kind != Constraint::kCorner) continue;
-    if (OffsetOf(placement, v) <= tolerance) continue;
+    if (OffsetOf(view, v) <= tolerance) continue;
     constraint = Weakened(constraint, placement.complex.vertices[v], placement.features);
   }
 }
 
-double LargestOffset(const Placement& placement, const StopPoll& poll) {
+double LargestOffset(Placement& placement, const StopPoll& poll) {
+  const PlacementView view = ViewOf(placement);
   return tbb::parallel_reduce(
       tbb::blocked_range<size_t>(0, placement.constraints.vertex.size(), kVerticesPerBlock), 0.0,
       [&](const tbb::blocked_range<size_t>& range, double largest) {
         poll.Now();
         for (size_t v = range.begin(); v < range.end(); ++v) {
-          largest = std::max(largest, OffsetOf(placement, v));
+          largest = std::max(largest, OffsetOf(view, v));
         }
         return largest;
       },

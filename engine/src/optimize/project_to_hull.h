@@ -19,6 +19,6 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
 void WeakenUnreached(Placement& placement, double tolerance, const StopPoll& poll = {});
 
 // Largest distance of a hull vertex from its constraint, edge lengths.
-double LargestOffset(const Placement& placement, const StopPoll& poll = {});
+double LargestOffset(Placement& placement, const StopPoll& poll = {});
 
 }  // namespace amhex

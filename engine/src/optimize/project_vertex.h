@@ -28,7 +28,7 @@ AMHEX_HD inline bool ProjectVertex(const PlacementView& placement, int32_t v, do
   constexpr double kAllowedShare = 0.75;
   constexpr double kLowestFloor = 0.25;
   const Vec3d start = placement.vertices[v];
-  const Vec3d target = Constrain(placement.constraints[v], start, placement.features).point;
+  const Vec3d target = FindFoot(placement, v).point;
   if (Norm(target - start) < kOnHull) return false;
   MoveJudge<Cells> judge(placement, v, CornerPenalty{}, FoldWatch::kNone, room);
   const double floor =

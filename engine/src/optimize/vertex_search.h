@@ -110,7 +110,7 @@ class VertexSearch {
   AMHEX_HD bool Run(float& step) {
     const VertexConstraint& constraint = placement_.constraints[v_];
     start_ = placement_.vertices[v_];
-    const ConstrainedPoint at = Constrain(constraint, start_, placement_.features);
+    const ConstrainedPoint at = FindFoot(placement_, v_);
     // A vertex that has not reached the hull keeps its offset while it slides.
     foot_ = at.point;
     offset_ = start_ - foot_;
