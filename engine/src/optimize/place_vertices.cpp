@@ -30,7 +30,7 @@ constexpr double kRoundTarget = 0.7;
 
 // Sweeps until hardly anything moves, at most.
 constexpr int kEvenSweeps = 8;
-constexpr int kAverageSweeps = 20;
+constexpr int kAverageSweeps = 40;
 constexpr double kEvenTarget = 0.6;
 // Raising the worst cells: the penalty is steep enough that the worst corner outweighs all others
 // of its neighbourhood, and its knee follows the minimum as it rises. First broadly, which evens
