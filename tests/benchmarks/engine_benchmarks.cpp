@@ -12,6 +12,7 @@
 #include <string>
 
 #include "amhex/mesher.h"
+#include "cuda/cuda_library.h"
 #include "fixtures/solids.h"
 #include "optimize/cell_quality.h"
 
@@ -71,6 +72,29 @@ BENCHMARK(LargeMesh)
     ->Arg(5'000)
     ->Arg(50'000)
     ->Arg(200'000)
+    ->Arg(1'000'000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+// Whole meshes with a CUDA device for all that can run there. Skipped with the reason where no
+// device is usable.
+void MeshOnDevice(benchmark::State& state) {
+  const absl::StatusOr<std::string> device = DescribeCuda();
+  if (!device.ok()) {
+    state.SkipWithError(std::string(device.status().message()).c_str());
+    return;
+  }
+  MeshingParams params = ParamsFor(state.range(0));
+  params.run.backend = Backend::kCuda;
+  state.SetLabel(*device);
+  MeshRepeatedly(state, fixtures::MakeBracket(1, kSpacing), params);
+}
+BENCHMARK(MeshOnDevice)
+    ->Arg(5'000)
+    ->Arg(50'000)
+    ->Arg(100'000)
     ->Arg(1'000'000)
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond)

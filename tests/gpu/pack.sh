@@ -25,16 +25,28 @@ done
 staging=$(mktemp -d)
 trap 'rm -rf "$staging"' EXIT
 root=$staging/amhex_gpu_check
-mkdir -p "$root/bin" "$root/lib"
+mkdir -p "$root/bin" "$root/lib" "$root/c_library"
 cp "${programs[@]}" "$root/bin"
 cp "$cuda_library" "$root/lib"
 cp "$here/run.sh" "$root/run"
 chmod +x "$root/run"
 
+# The C library only works with its own loader, so both lie apart: a machine whose own is as new
+# uses that.
+is_of_the_c_library() {  # FILE
+  [[ ${1##*/} =~ ^(ld-linux.*|lib(c|m|dl|rt|pthread|resolv)\.so.*)$ ]]
+}
+
 # ldd prints "name => path (address)" for libraries and "path (address)" for the loader.
 ldd "${programs[@]}" "$cuda_library" |
   sed -nE 's/^[[:space:]]+([^ ]+ => )?(\/[^ ]+) \(0x.*$/\2/p' | sort -u |
-  while read -r library; do cp -Ln "$library" "$root/lib"; done
+  while read -r library; do
+    if is_of_the_c_library "$library"; then
+      cp -Ln "$library" "$root/c_library"
+    else
+      cp -Ln "$library" "$root/lib"
+    fi
+  done
 
 tar -C "$staging" -czf "$archive" amhex_gpu_check
 echo "$archive: $(du -h "$archive" | cut -f1)"

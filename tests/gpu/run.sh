@@ -11,11 +11,19 @@ set -euo pipefail
 
 here=$(dirname "$(readlink -f "$0")")
 export AMHEX_CUDA_LIBRARY=$here/lib/libamhex_engine_cuda.so
-loader=("$here"/lib/ld-linux-*)
+
+# What starts a program: nothing where the machine's own C library will do, else the loader that
+# was packed with ours. Drivers may lie where only LD_LIBRARY_PATH leads.
+others=${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+start=(env "LD_LIBRARY_PATH=$here/lib$others")
+if ! "${start[@]}" "$here/bin/engine_tests" --gtest_list_tests >/dev/null 2>&1; then
+  loader=("$here"/c_library/ld-linux-*)
+  start=("${loader[0]}" --library-path "$here/lib:$here/c_library$others")
+fi
 program() {  # NAME ARGUMENT...
   local name=$1
   shift
-  "${loader[0]}" --library-path "$here/lib" "$here/bin/$name" "$@"
+  "${start[@]}" "$here/bin/$name" "$@"
 }
 
 device_tests='*CudaParity*:*Backends*'
@@ -28,6 +36,7 @@ sanitized_tests+=':*CudaParityOfSampling*:*CudaParityOfTheHierarchy*:*CudaParity
 tools=(memcheck racecheck initcheck)
 tested="$device_tests:*LabelKernel*:Relaxation*:*SplitSites*-$other_tests"
 longest_test=600  # seconds; the slowest takes some ten on a CPU
+at_once=$(($(nproc) > 8 ? 8 : $(nproc)))
 
 names_of_tests() {
   program engine_tests --gtest_list_tests --gtest_filter="$tested" |
@@ -37,7 +46,7 @@ names_of_tests() {
 # One test in a process of its own: after a kernel that fails a process cannot use the device.
 run_test() {  # NAME LOG
   local status=0
-  timeout "$longest_test" "${loader[0]}" --library-path "$here/lib" "$here/bin/engine_tests" \
+  timeout "$longest_test" "${start[@]}" "$here/bin/engine_tests" \
     --gtest_filter="$1" >"$2" 2>&1 || status=$?
   if ((status == 0)) && grep -q 'SKIPPED' "$2"; then
     echo "skipped, so the device was not checked" >>"$2"
@@ -48,27 +57,40 @@ run_test() {  # NAME LOG
 
 # A test that fails runs again, the host waiting for each kernel, so that the message names the one
 # that failed.
-run_tests() {
-  local names name log failed=() count=0
+report_test() {  # NAME
+  local log
   log=$(mktemp)
+  if run_test "$1" "$log"; then
+    echo "ok      $1"
+  else
+    echo "FAILED  $1"
+    tail -n 20 "$log"
+    echo "again with CUDA_LAUNCH_BLOCKING=1:"
+    CUDA_LAUNCH_BLOCKING=1 run_test "$1" "$log" && echo "no failure this time"
+    tail -n 20 "$log"
+  fi
+  rm -f "$log"
+}
+
+run_tests() {
+  local names reports failed name count=0
+  reports=$(mktemp)
   names=$(names_of_tests)
   [[ -n $names ]] || { echo "run: no tests were found" >&2; return 1; }
   for name in $names; do
+    while (($(jobs -rp | wc -l) >= at_once)); do wait -n; done
+    printf '%s\n' "$(report_test "$name")" | tee -a "$reports" &
     count=$((count + 1))
-    if run_test "$name" "$log"; then
-      echo "ok      $name"
-    else
-      failed+=("$name")
-      echo "FAILED  $name"
-      tail -n 20 "$log"
-      echo "again with CUDA_LAUNCH_BLOCKING=1:"
-      CUDA_LAUNCH_BLOCKING=1 run_test "$name" "$log" && echo "no failure this time"
-      tail -n 20 "$log"
-    fi
   done
-  echo "$count tests, ${#failed[@]} of them failed${failed[*]:+: ${failed[*]}}"
-  ((${#failed[@]} == 0))
+  wait
+  failed=$(sed -n 's/^FAILED  //p' "$reports" | tr '\n' ' ')
+  local passed
+  passed=$(grep -c '^ok  ' "$reports") || true
+  rm -f "$reports"
+  echo "$count tests, $passed of them passed${failed:+, failed: $failed}"
+  ((passed == count))
 }
+
 run_benchmarks() {
   nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader || true
   program engine_benchmarks --benchmark_filter=OnDevice
@@ -78,9 +100,8 @@ sanitize() {  # TOOL...
   local tool
   for tool in "$@"; do
     echo "compute-sanitizer --tool $tool"
-    compute-sanitizer --tool "$tool" --error-exitcode 1 \
-      "${loader[0]}" --library-path "$here/lib" "$here/bin/engine_tests" \
-      --gtest_filter="$sanitized_tests"
+    compute-sanitizer --target-processes all --tool "$tool" --error-exitcode 1 \
+      "${start[@]}" "$here/bin/engine_tests" --gtest_filter="$sanitized_tests"
   done
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "fields/background_grid.h"
@@ -203,14 +204,11 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved, SharedF
   if (solved.device == nullptr) return SitesOnCpu(hull, solved, shared, denser, slice);
   const RunContext& run = slice.run();
   const OwnedLinks links(solved.grid.fine(), solved.codes, run);
-  const auto view = [](const auto& values) {
-    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-  };
   LatticeTask task;
   task.nodes = solved.grid.Cells();
   task.links = links.View(), task.links_there = &solved.links.of_nodes;
   task.rotations = {kAxisRotations.data(), kRotationCount};
-  task.expected = {view(solved.frames), view(solved.sizes), solved.grid.spacing};
+  task.expected = {ArrayViewOf(solved.frames), ArrayViewOf(solved.sizes), solved.grid.spacing};
   task.form_there = {&solved.frames_there, &solved.sizes_there, &shared.closed_there};
   task.at_hull = solved.grid.fine().at_hull.View();
   task.closed = {&shared.closed.data()->data()->x, kIncrements * solved.grid.count()};

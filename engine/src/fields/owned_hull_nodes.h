@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "fields/hull_nodes.h"
 
 namespace amhex::fields {
@@ -16,10 +17,7 @@ struct OwnedHullNodes {
   mutable ResidentSlot there;
 
   HullNodes View() const {
-    const auto view = [](const auto& values) {
-      return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-    };
-    return {view(nodes), view(first), view(constraints), &there};
+    return {ArrayViewOf(nodes), ArrayViewOf(first), ArrayViewOf(constraints), &there};
   }
 };
 

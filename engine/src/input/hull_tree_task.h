@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/array_view.h"
+#include "base/array_view_of.h"
 #include "exec/resident_slot.h"
 #include "input/hull_view.h"
 
@@ -22,10 +23,8 @@ struct HullArrays {
   std::vector<HullDipole> dipoles;
 
   HullView View() const {
-    const auto view = [](const auto& values) {
-      return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-    };
-    return {view(triangles), view(normals), view(original), view(nodes), view(dipoles), {}};
+    return {ArrayViewOf(triangles), ArrayViewOf(normals), ArrayViewOf(original),
+            ArrayViewOf(nodes),     ArrayViewOf(dipoles), {}};
   }
 };
 

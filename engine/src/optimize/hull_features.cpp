@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/array_view_of.h"
 #include "input/sharp_features.h"
 
 namespace amhex {
@@ -129,16 +130,13 @@ void HullFeatures::FindCorners(const Hull& hull) {
 }
 
 void HullFeatures::MakeView() {
-  const auto view_of = [](const auto& values) {
-    return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-  };
   for (const auto& queries : patch_queries_) patch_views_.push_back(queries->view());
   for (const auto& [patches, segments] : creases_) {
     crease_views_.push_back({patches.first, patches.second, segments.view()});
   }
   for (const HullCorner& corner : corners_) corner_positions_.push_back(corner.position);
-  view_ = {hull_->queries->view(), view_of(patch_views_), view_of(crease_views_),
-           view_of(corner_positions_)};
+  view_ = {hull_->queries->view(), ArrayViewOf(patch_views_), ArrayViewOf(crease_views_),
+           ArrayViewOf(corner_positions_)};
 }
 
 HullPoint HullFeatures::Closest(const Vec3d& p) const { return hull_->queries->Closest(p); }

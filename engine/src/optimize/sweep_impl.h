@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/executor.h"
 #include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
@@ -182,11 +183,8 @@ class QualitySweeps {
   };
   Cells ResidentCells(const Order& order) {
     return Resident<E>(*task_.resident.cells, [&](UploadedArrays<E>& arrays) {
-      const auto view = [](const auto& values) {
-        return ArrayView{values.data(), static_cast<int64_t>(values.size())};
-      };
-      return Cells{arrays.Upload(task_.placement), arrays.UploadArray(view(order.vertices)),
-                   arrays.UploadArray(view(order.room_of))};
+      return Cells{arrays.Upload(task_.placement), arrays.UploadArray(ArrayViewOf(order.vertices)),
+                   arrays.UploadArray(ArrayViewOf(order.room_of))};
     });
   }
   FeatureView ResidentFeatures() {

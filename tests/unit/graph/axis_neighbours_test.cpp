@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
@@ -13,11 +14,6 @@
 
 namespace amhex {
 namespace {
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& v) {
-  return {v.data(), static_cast<int64_t>(v.size())};
-}
 
 // A graph of nodes of which the first `site_count` are volume sites, the rest hull samples.
 struct Graph {
@@ -30,10 +26,11 @@ struct Graph {
     CpuExecutor executor;
     PointBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
     neighbours.resize(static_cast<size_t>(sites) * kNeighbourCount);
-    executor.ForEach("knn", sites,
-                     KnnExactBody{bins.Build(ViewOf(nodes), static_cast<int64_t>(nodes.size())),
-                                  ViewOf(nodes),
-                                  {neighbours.data(), static_cast<int64_t>(neighbours.size())}});
+    executor.ForEach(
+        "knn", sites,
+        KnnExactBody{bins.Build(ArrayViewOf(nodes), static_cast<int64_t>(nodes.size())),
+                     ArrayViewOf(nodes),
+                     {neighbours.data(), static_cast<int64_t>(neighbours.size())}});
   }
 
   std::vector<int32_t> AxisNeighbours(const Quatf& orientation) const {
@@ -41,11 +38,11 @@ struct Graph {
     const std::vector<Vec3f> sizes(static_cast<size_t>(site_count), Vec3f{1, 1, 1});
     std::vector<int32_t> result(static_cast<size_t>(site_count) * kAxisDirectionCount);
     CpuExecutor().ForEach("n6", site_count,
-                          AxisNeighbourBody{ViewOf(nodes),
-                                            ViewOf(orientations),
-                                            ViewOf(sizes),
+                          AxisNeighbourBody{ArrayViewOf(nodes),
+                                            ArrayViewOf(orientations),
+                                            ArrayViewOf(sizes),
                                             {},
-                                            ViewOf(neighbours),
+                                            ArrayViewOf(neighbours),
                                             site_count,
                                             {result.data(), static_cast<int64_t>(result.size())}});
     return result;
@@ -91,11 +88,11 @@ TEST(AxisNeighbours, StayOnTheirSideOfTheHullWhenSidesAreGiven) {
   for (size_t i = 0; i < 9; ++i) is_inside[i] = 0;  // the lowest layer
   std::vector<int32_t> found(27 * kAxisDirectionCount);
   CpuExecutor().ForEach("n6", 27,
-                        AxisNeighbourBody{ViewOf(graph.nodes),
-                                          ViewOf(orientations),
-                                          ViewOf(sizes),
-                                          ViewOf(is_inside),
-                                          ViewOf(graph.neighbours),
+                        AxisNeighbourBody{ArrayViewOf(graph.nodes),
+                                          ArrayViewOf(orientations),
+                                          ArrayViewOf(sizes),
+                                          ArrayViewOf(is_inside),
+                                          ArrayViewOf(graph.neighbours),
                                           27,
                                           {found.data(), 27 * kAxisDirectionCount}});
   for (size_t slot = 0; slot < found.size(); ++slot) {
@@ -109,7 +106,7 @@ TEST(Claims, SumToAllChosenNeighbours) {
   const std::vector<int32_t> chosen = graph.AxisNeighbours(Quatf{});
   std::vector<int32_t> claims(300, 0);
   CpuExecutor().ForEach("claims", static_cast<int64_t>(chosen.size()) / kAxisDirectionCount,
-                        CountClaimsBody{ViewOf(chosen), {claims.data(), 300}});
+                        CountClaimsBody{ArrayViewOf(chosen), {claims.data(), 300}});
   for (int32_t site = 0; site < 300; ++site) {
     EXPECT_EQ(claims[static_cast<size_t>(site)], std::count(chosen.begin(), chosen.end(), site));
   }
@@ -130,7 +127,7 @@ TEST(HopDistance, IsTheShortestPathToASample) {
     }
   }
   CpuExecutor executor;
-  const HostBuffer<int32_t> hops = ComputeHopDistance(executor, ViewOf(graph.neighbours), 343,
+  const HostBuffer<int32_t> hops = ComputeHopDistance(executor, ArrayViewOf(graph.neighbours), 343,
                                                       static_cast<int64_t>(nodes.size()));
   for (size_t node = 0; node < nodes.size(); ++node) {
     EXPECT_EQ(hops.View()[static_cast<int64_t>(node)], expected[node]) << node;
@@ -141,7 +138,8 @@ TEST(HopDistance, IsTheShortestPathToASample) {
 TEST(HopDistance, IsUnreachedWithoutSamples) {
   const Graph graph(GridPoints(3), 27, 3);
   CpuExecutor executor;
-  const HostBuffer<int32_t> hops = ComputeHopDistance(executor, ViewOf(graph.neighbours), 27, 27);
+  const HostBuffer<int32_t> hops =
+      ComputeHopDistance(executor, ArrayViewOf(graph.neighbours), 27, 27);
   for (int64_t node = 0; node < 27; ++node) EXPECT_EQ(hops.View()[node], kUnreached);
 }
 

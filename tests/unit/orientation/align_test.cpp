@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
 #include "graph/knn_exact_body.h"
 #include "graph/point_bins.h"
@@ -12,15 +13,6 @@
 
 namespace amhex {
 namespace {
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& v) {
-  return {v.data(), static_cast<int64_t>(v.size())};
-}
-template <class T>
-ArrayView<T> MutableView(std::vector<T>& v) {
-  return {v.data(), static_cast<int64_t>(v.size())};
-}
 
 constexpr int kWidth = 5;
 constexpr int64_t kCount = kWidth * kWidth * kWidth;
@@ -34,17 +26,21 @@ struct GridFixture {
   GridFixture() {
     PointBins<CpuExecutor> bins(executor, {kWidth, kWidth, kWidth}, 1.0f);
     executor.ForEach("knn", kCount,
-                     KnnExactBody{bins.Build(ViewOf(position), kCount), ViewOf(position),
-                                  MutableView(neighbours)});
+                     KnnExactBody{bins.Build(ArrayViewOf(position), kCount), ArrayViewOf(position),
+                                  WritableViewOf(neighbours)});
   }
 
   std::vector<Quatf> Aligned(const std::vector<Quatf>& before, int passes) {
     std::vector<Quatf> now = before, next = before;
     for (int pass = 0; pass < passes; ++pass) {
-      executor.ForEach(
-          "align", kCount,
-          AlignBody{
-              ViewOf(position), ViewOf(neighbours), {}, {}, {}, ViewOf(now), MutableView(next)});
+      executor.ForEach("align", kCount,
+                       AlignBody{ArrayViewOf(position),
+                                 ArrayViewOf(neighbours),
+                                 {},
+                                 {},
+                                 {},
+                                 ArrayViewOf(now),
+                                 WritableViewOf(next)});
       now.swap(next);
     }
     return now;
@@ -94,13 +90,14 @@ TEST(Align, SitesAtTheHullTurnAnAxisOntoItsNormal) {
   const std::vector<Vec3f> sample_position = {grid.position[12]};  // middle of the floor
   const std::vector<Vec3f> sample_normal = {normal};
   PointBins<CpuExecutor> bins(grid.executor, {kWidth, kWidth, kWidth}, 1.0f);
-  const BinGrid& sample_bins = bins.Build(ViewOf(sample_position), 1);
+  const BinGrid& sample_bins = bins.Build(ArrayViewOf(sample_position), 1);
   const std::vector<Quatf> before(static_cast<size_t>(kCount));
   std::vector<Quatf> after = before;
-  grid.executor.ForEach("align", kCount,
-                        AlignBody{ViewOf(grid.position), ViewOf(grid.neighbours), sample_bins,
-                                  ViewOf(sample_position), ViewOf(sample_normal), ViewOf(before),
-                                  MutableView(after)});
+  grid.executor.ForEach(
+      "align", kCount,
+      AlignBody{ArrayViewOf(grid.position), ArrayViewOf(grid.neighbours), sample_bins,
+                ArrayViewOf(sample_position), ArrayViewOf(sample_normal), ArrayViewOf(before),
+                WritableViewOf(after)});
   EXPECT_GT(std::abs(Dot(AxisOf(after[12], 2), normal)), 0.99f);
   EXPECT_LT(std::abs(Dot(AxisOf(before[12], 2), normal)), 0.96f);
   // The opposite corner is beyond the sample's influence.
@@ -118,8 +115,8 @@ TEST(Propagate, FramesOfTheNearestSamplesTravelThroughAllWaves) {
   for (int64_t i = 0; i < kWidth * kWidth; ++i) field[static_cast<size_t>(i)] = tilted;
   for (int32_t wave = 1; wave < kWidth; ++wave) {
     grid.executor.ForEach("propagate", kCount,
-                          PropagateBody{wave, ViewOf(grid.position), ViewOf(hops),
-                                        ViewOf(grid.neighbours), MutableView(field)});
+                          PropagateBody{wave, ArrayViewOf(grid.position), ArrayViewOf(hops),
+                                        ArrayViewOf(grid.neighbours), WritableViewOf(field)});
   }
   for (const Quatf& q : field) EXPECT_GT(Agreement(tilted, q), 0.9999f);
 }
