@@ -2,9 +2,10 @@
 // where no device is. Include it before the kernel's file, in one test file only.
 //
 // Lanes are fibers: each runs until it must wait for others, and goes on when all of them have
-// come. Lanes that wait for different things, or leave while others wait, are an error, as they
-// are on a device. A result that changes with `Order` shows a missing barrier. Lanes that never
-// wait share one fiber, so that kernels without barriers cost no more than a loop.
+// come; of a warp those of the mask that each of them names. Lanes that wait for different things,
+// or leave while others wait, are an error, as they are on a device. A result that changes with
+// `Order` shows a missing barrier. Lanes that never wait share one fiber, so that kernels without
+// barriers cost no more than a loop.
 #pragma once
 
 #include <setjmp.h>
@@ -27,21 +28,22 @@ enum class Wait { kNone, kWarp, kBlock };
 inline constexpr int kLanesPerWarp = 32;
 inline constexpr size_t kStackBytes = 128 * 1024;
 
+using WarpValues = std::array<uint64_t, kLanesPerWarp>;
+
 struct Lane {
   jmp_buf place;  // where it waits
   bool is_done = false;
   Wait wait = Wait::kNone;
-  int site = 0;            // which call it waits in
-  int parity = 0;          // of the exchanges so far
-  uint64_t value[2] = {};  // offered to the other lanes of the warp
+  int site = 0;          // which call it waits in
+  unsigned mask = 0;     // for which lanes of the warp, itself among them
+  uint64_t offered = 0;  // to the other ones
+  WarpValues received;   // from them, once all have come
 };
 
 struct Fiber {
   jmp_buf idle;
   alignas(16) char stack[kStackBytes];
 };
-
-using WarpValues = std::array<uint64_t, kLanesPerWarp>;
 
 class Block {
  public:
@@ -65,37 +67,36 @@ class Block {
       }
     }
     for (const Lane& lane : lanes_) {
-      if (!lane.is_done || is_partial_)
-        throw std::logic_error("lanes of a block or warp do not meet");
+      if (!lane.is_done) throw std::logic_error("lanes of a block or warp do not meet");
     }
   }
 
   int lane_count() const { return static_cast<int>(lanes_.size()); }
   int current() const { return current_; }
-  void Require(unsigned mask) { is_partial_ |= mask != 0xffffffffu; }
 
-  void WaitFor(Wait wait, int site) {
-    Lane& lane = lanes_[static_cast<size_t>(current_)];
-    lane.wait = wait;
-    lane.site = site;
-    if (_setjmp(lane.place) == 0) _longjmp(scheduler_, 1);
+  void WaitForBlock(int site) {
+    lanes_[static_cast<size_t>(current_)].wait = Wait::kBlock;
+    WaitAt(site);
   }
 
-  // Offers a value to the warp and returns every lane's.
-  WarpValues Exchange(uint64_t value, int site) {
+  // Waits for the other lanes of the mask; returns what each of them has offered, zero for others.
+  const WarpValues& Exchange(unsigned mask, uint64_t value, int site) {
     Lane& own = lanes_[static_cast<size_t>(current_)];
-    const int parity = own.parity;
-    own.parity ^= 1;
-    own.value[parity] = value;
-    WaitFor(Wait::kWarp, site);
-    WarpValues values;
-    const size_t first = static_cast<size_t>(current_) / kLanesPerWarp * kLanesPerWarp;
-    for (size_t i = 0; i < kLanesPerWarp; ++i) values[i] = lanes_[first + i].value[parity];
-    return values;
+    own.wait = Wait::kWarp;
+    own.mask = mask;
+    own.offered = value;
+    WaitAt(site);
+    return lanes_[static_cast<size_t>(current_)].received;
   }
 
  private:
   static void Enter();
+
+  void WaitAt(int site) {
+    Lane& lane = lanes_[static_cast<size_t>(current_)];
+    lane.site = site;
+    if (_setjmp(lane.place) == 0) _longjmp(scheduler_, 1);
+  }
 
   int InOrder(int i) const { return order_ == Order::kAscending ? i : lane_count() - 1 - i; }
 
@@ -134,21 +135,43 @@ class Block {
     }
   }
 
-  bool ReleaseRange(size_t first, size_t count, Wait wait) {
-    for (size_t i = first; i < first + count; ++i) {
-      if (lanes_[i].is_done || lanes_[i].wait != wait || lanes_[i].site != lanes_[first].site) {
-        return false;
-      }
+  bool WaitsAt(size_t i, Wait wait, int site) const {
+    return !lanes_[i].is_done && lanes_[i].wait == wait && lanes_[i].site == site;
+  }
+
+  bool ReleaseBlock() {
+    for (size_t i = 0; i < lanes_.size(); ++i) {
+      if (!WaitsAt(i, Wait::kBlock, lanes_[0].site)) return false;
     }
-    for (size_t i = first; i < first + count; ++i) lanes_[i].wait = Wait::kNone;
+    for (Lane& lane : lanes_) lane.wait = Wait::kNone;
+    return true;
+  }
+
+  // Those whom the lane waits for, if all of them wait for each other.
+  bool ReleaseMask(size_t lane) {
+    if (lanes_[lane].is_done || lanes_[lane].wait != Wait::kWarp) return false;
+    const size_t first = lane / kLanesPerWarp * kLanesPerWarp;
+    const unsigned mask = lanes_[lane].mask;
+    const auto is_in = [mask](size_t i) { return (mask >> i & 1) != 0; };
+    if (!is_in(lane - first)) return false;
+    WarpValues offered{};
+    for (size_t i = 0; i < kLanesPerWarp; ++i) {
+      if (!is_in(i)) continue;
+      if (!WaitsAt(first + i, Wait::kWarp, lanes_[lane].site)) return false;
+      if (lanes_[first + i].mask != mask) return false;
+      offered[i] = lanes_[first + i].offered;
+    }
+    for (size_t i = 0; i < kLanesPerWarp; ++i) {
+      if (!is_in(i)) continue;
+      lanes_[first + i].received = offered;
+      lanes_[first + i].wait = Wait::kNone;
+    }
     return true;
   }
 
   bool Release() {
-    bool has_released = ReleaseRange(0, lanes_.size(), Wait::kBlock);
-    for (size_t first = 0; first < lanes_.size(); first += kLanesPerWarp) {
-      has_released |= ReleaseRange(first, kLanesPerWarp, Wait::kWarp);
-    }
+    bool has_released = ReleaseBlock();
+    for (size_t lane = 0; lane < lanes_.size(); ++lane) has_released |= ReleaseMask(lane);
     return has_released;
   }
 
@@ -160,7 +183,6 @@ class Block {
   jmp_buf scheduler_;
   int started_ = 0;  // lanes that have begun
   int current_ = 0;
-  bool is_partial_ = false;  // a warp was asked for some of its lanes only
 };
 
 inline Block the_block;
@@ -212,8 +234,8 @@ inline amhex::lockstep::BlockIndex blockIdx{};
 #define __launch_bounds__(threads, blocks)
 
 // Every call site has a number of its own: lanes must wait in the same one.
-#define __syncthreads() amhex::lockstep::the_block.WaitFor(amhex::lockstep::Wait::kBlock, __LINE__)
-#define __syncwarp() amhex::lockstep::the_block.WaitFor(amhex::lockstep::Wait::kWarp, __LINE__)
+#define __syncthreads() amhex::lockstep::the_block.WaitForBlock(__LINE__)
+#define __syncwarp() amhex::lockstep::the_block.Exchange(0xffffffffu, 0, __LINE__)
 #define __ballot_sync(mask, predicate) amhex::lockstep::Ballot(mask, predicate, __LINE__)
 #define __shfl_sync(mask, value, lane) amhex::lockstep::Shuffle(mask, value, lane, __LINE__)
 #define __shfl_xor_sync(mask, value, bits)                                                    \
@@ -236,8 +258,7 @@ T atomicAdd(T* target, T value) {
 namespace amhex::lockstep {
 
 inline unsigned Ballot(unsigned mask, bool predicate, int site) {
-  the_block.Require(mask);
-  const WarpValues values = the_block.Exchange(predicate ? 1 : 0, site);
+  const WarpValues& values = the_block.Exchange(mask, predicate ? 1 : 0, site);
   unsigned bits = 0;
   for (int i = 0; i < kLanesPerWarp; ++i) {
     bits |= static_cast<unsigned>(values[static_cast<size_t>(i)]) << i;
@@ -246,9 +267,8 @@ inline unsigned Ballot(unsigned mask, bool predicate, int site) {
 }
 
 inline unsigned ReduceOr(unsigned mask, unsigned value, int site) {
-  the_block.Require(mask);
   unsigned bits = 0;
-  for (const auto& of_lane : the_block.Exchange(Bits(value), site)) {
+  for (const auto& of_lane : the_block.Exchange(mask, Bits(value), site)) {
     bits |= FromBits<unsigned>(of_lane);
   }
   return bits;
@@ -256,8 +276,7 @@ inline unsigned ReduceOr(unsigned mask, unsigned value, int site) {
 
 template <class T>
 T Shuffle(unsigned mask, T value, int lane, int site) {
-  the_block.Require(mask);
-  return FromBits<T>(the_block.Exchange(Bits(value), site)[static_cast<size_t>(lane)]);
+  return FromBits<T>(the_block.Exchange(mask, Bits(value), site)[static_cast<size_t>(lane)]);
 }
 
 // Runs the blocks of a grid one after the other.

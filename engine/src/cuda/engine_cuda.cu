@@ -25,6 +25,7 @@
 #include "input/hull_batch_impl.h"
 #include "input/hull_tree_impl.h"
 #include "input/sample_impl.h"
+#include "optimize/colour_visits.cuh"
 #include "optimize/sweep_impl.h"
 #include "output/measure_cells_impl.h"
 #include "relax/label_tiles.cuh"

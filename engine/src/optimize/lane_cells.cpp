@@ -19,22 +19,24 @@ int CountInLanes(int64_t count) {
   return most % kWidth < kFewestInLanes ? most / kWidth * kWidth : most;
 }
 
-// FindFoldMargins, all four at once.
-std::array<double, 4> FoldMarginsInLanes(const FourPlaces& of) {
-  std::array<double, 4> margins;
-  RunWithWidestVectors([&] {
-    FourCells corner;
-    for (int slot = 0; slot < 8; ++slot) {
-      const bool moves = (of.moving_slots >> slot & 1) != 0;
-      for (int lane = 0; lane < kWidth; ++lane) {
-        corner[slot].Set(lane, moves ? of.places[lane] : of.positions[slot]);
+// FoldQuestions with all four places at once.
+struct FoldQuestionsInLanes : FoldQuestions {
+  std::array<double, 4> MarginsOf(const FourPlaces& of) const {
+    std::array<double, 4> margins;
+    RunWithWidestVectors([&] {
+      FourCells corner;
+      for (int slot = 0; slot < 8; ++slot) {
+        const bool moves = (of.moving_slots >> slot & 1) != 0;
+        for (int lane = 0; lane < kWidth; ++lane) {
+          corner[slot].Set(lane, moves ? of.places[lane] : of.positions[slot]);
+        }
       }
-    }
-    const HalfLanes found = FoldMarginsOf(of.pattern, corner);
-    for (int lane = 0; lane < kWidth; ++lane) margins[lane] = found[lane];
-  });
-  return margins;
-}
+      const HalfLanes found = FoldMarginsOf(of.pattern, corner);
+      for (int lane = 0; lane < kWidth; ++lane) margins[lane] = found[lane];
+    });
+    return margins;
+  }
+};
 
 }  // namespace
 
@@ -108,7 +110,7 @@ EnergyModel LaneCells::Model() {
   int64_t other = 0;
   for (const int8_t lane : lane_of_) {
     if (lane == kInNoLane) {
-      others_.AddModel(other++, FoldMarginsInLanes, model);
+      others_.AddModel(other++, FoldQuestionsInLanes(), model);
     } else {
       GroupOf(lane).AddModel(lane % kWidth, model);
     }

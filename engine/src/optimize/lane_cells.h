@@ -20,6 +20,11 @@ class LaneCells {
   LocalScore Score();
   double WorstFoldMargin();
   EnergyModel Model();
+  // As LocalCells::HoldForAll.
+  template <class Condition>
+  bool HoldForAll(int64_t count, int64_t first, const Condition& holds) const {
+    return others_.HoldForAll(count, first, holds);
+  }
 
  private:
   static constexpr int8_t kInNoLane = -1;

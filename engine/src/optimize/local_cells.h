@@ -49,9 +49,10 @@ struct FourPlaces {
   unsigned moving_slots;
   std::array<Vec3d, 4> places;
 };
-// What FoldMargin is with the vertex in each of them.
-struct FindFoldMargins {
-  AMHEX_HD std::array<double, 4> operator()(const FourPlaces& of) const {
+// What models ask of cells near folding.
+struct FoldQuestions {
+  // What FoldMargin is with the vertex in each of the places.
+  AMHEX_HD std::array<double, 4> MarginsOf(const FourPlaces& of) const {
     std::array<double, 4> margins;
     for (int i = 0; i < 4; ++i) {
       CellPositions positions = of.positions;
@@ -62,7 +63,27 @@ struct FindFoldMargins {
     }
     return margins;
   }
+  // Of the edges at the vertex.
+  template <class Cells>
+  AMHEX_HD double MeanEdgeLengthOf(const Cells& cells) const {
+    return cells.MeanEdgeLength();
+  }
 };
+
+// Calls found(far vertex) for every edge of a cell at a vertex of it.
+template <class Found>
+AMHEX_HD void VisitEdgesAt(const PlacementView& placement, int32_t vertex, int32_t cell,
+                           const Found& found) {
+  const CellPattern& pattern = placement.PatternOf(cell);
+  const CellCorners& corners = placement.cells[cell];
+  int first_slot = 0;
+  while (corners[first_slot] != vertex) ++first_slot;
+  for (int e = 0; e < pattern.edge_count; ++e) {
+    if ((pattern.edges_at[first_slot] >> e & 1) == 0) continue;
+    const auto& slots = pattern.edge_slots[e];
+    found(corners[corners[slots[0]] == vertex ? slots[1] : slots[0]]);
+  }
+}
 
 class LocalCells {
  public:
@@ -73,6 +94,10 @@ class LocalCells {
   // Only the given ones of the cells at the vertex.
   AMHEX_HD LocalCells(const PlacementView& placement, int32_t vertex, const CornerPenalty& penalty,
                       FoldWatch watch, LocalCell* room, ArrayView<const int32_t> cells);
+  // Only those whose numbers are in the room, which is for them alone. Somebody else must know the
+  // mean length of all edges at the vertex.
+  AMHEX_HD LocalCells(const PlacementView& placement, int32_t vertex, const CornerPenalty& penalty,
+                      FoldWatch watch, ArrayView<LocalCell> cells);
 
   // Moves the vertex in the copies only.
   AMHEX_HD void MoveTo(const Vec3d& position);
@@ -88,11 +113,34 @@ class LocalCells {
   AMHEX_HD EnergyModel Model() const;
 
   // The same, cell by cell. Score is RenewEdges, then what every cell adds.
+  AMHEX_HD int64_t count() const { return cells_.size; }
   AMHEX_HD void RenewEdges();
   AMHEX_HD void AddScore(int64_t k, LocalScore& score) const;
-  // `find_margins` as FindFoldMargins.
-  template <class FindMargins>
-  AMHEX_HD void AddModel(int64_t k, const FindMargins& find_margins, EnergyModel& model) const;
+  // `folds` as FoldQuestions.
+  template <class Folds>
+  AMHEX_HD void AddModel(int64_t k, const Folds& folds, EnergyModel& model) const;
+  // And summand by summand: those of a cell, which are added one after the other.
+  static constexpr int kMostSummands = LocalCell::kMostEdges + 2;
+  // Calls add(part of the energy) for each; returns the cell's least scaled Jacobian.
+  template <class Add>
+  AMHEX_HD double VisitScore(int64_t k, const Add& add) const;
+  AMHEX_HD int ModelSummands(int64_t k) const;
+  template <class Folds>
+  AMHEX_HD void AddModelSummand(int64_t k, int summand, const Folds& folds,
+                                EnergyModel& model) const;
+  AMHEX_HD bool IsNearFolding(int64_t k) const { return cells_[k].is_near_folding; }
+  AMHEX_HD double FoldMarginOf(int64_t k) const { return MarginAt(cells_[k], position_); }
+  // Over the edges at the vertex.
+  AMHEX_HD double MeanEdgeLength() const;
+
+  // Whether the condition holds for all of 0 .. count-1, beginning with `first`.
+  template <class Condition>
+  AMHEX_HD bool HoldForAll(int64_t count, int64_t first, const Condition& holds) const {
+    for (int64_t i = 0; i < count; ++i) {
+      if (!holds((first + i) % count)) return false;
+    }
+    return true;
+  }
 
  private:
   AMHEX_HD void SetCell(int32_t vertex, LocalCell& cell);
@@ -120,10 +168,8 @@ class LocalCells {
   AMHEX_HD CellPositions PositionsOf(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD double MarginAt(const LocalCell& cell, const Vec3d& position) const;
   AMHEX_HD void AddMinimum(const LocalCell& cell, EnergyModel& model) const;
-  template <class FindMargins>
-  AMHEX_HD void AddFold(const LocalCell& cell, const FindMargins& find_margins,
-                        EnergyModel& model) const;
-  AMHEX_HD double MeanEdgeLength() const;
+  template <class Folds>
+  AMHEX_HD void AddFold(const LocalCell& cell, const Folds& folds, EnergyModel& model) const;
 
   const PlacementView& placement_;
   CornerPenalty penalty_;
@@ -166,20 +212,26 @@ AMHEX_HD inline LocalCells::LocalCells(const PlacementView& placement, int32_t v
   for (int64_t k = 0; k < cells.size; ++k) SetCell(vertex, cells_[k]);
 }
 
+AMHEX_HD inline LocalCells::LocalCells(const PlacementView& placement, int32_t vertex,
+                                       const CornerPenalty& penalty, FoldWatch watch,
+                                       ArrayView<LocalCell> cells)
+    : placement_(placement),
+      penalty_(penalty),
+      position_(placement.vertices[vertex]),
+      cells_(cells) {
+  for (int64_t k = 0; k < cells.size; ++k) {
+    cells_[k].is_near_folding =
+        watch == FoldWatch::kSurvey && placement.near_folding[cells_[k].cell] != 0;
+    SetCell(vertex, cells_[k]);
+  }
+}
+
 // Those of cells that are left out, too, in the order in which they come with all cells: their mean
 // length is asked for.
 AMHEX_HD inline void LocalCells::AddAllEdges(int32_t vertex) {
   const ArrayView<const int32_t> row = placement_.cells_at[vertex];
   for (int64_t k = 0; k < row.size; ++k) {
-    const CellPattern& pattern = placement_.PatternOf(row[k]);
-    const CellCorners& corners = placement_.cells[row[k]];
-    int first_slot = 0;
-    while (corners[first_slot] != vertex) ++first_slot;
-    for (int e = 0; e < pattern.edge_count; ++e) {
-      if ((pattern.edges_at[first_slot] >> e & 1) == 0) continue;
-      const auto& slots = pattern.edge_slots[e];
-      EdgeTo(corners[corners[slots[0]] == vertex ? slots[1] : slots[0]]);
-    }
+    VisitEdgesAt(placement_, vertex, row[k], [this](int32_t far_vertex) { EdgeTo(far_vertex); });
   }
 }
 
@@ -259,7 +311,8 @@ AMHEX_HD inline void LocalCells::RenewEdges() {
   }
 }
 
-AMHEX_HD inline void LocalCells::AddScore(int64_t k, LocalScore& score) const {
+template <class Add>
+AMHEX_HD double LocalCells::VisitScore(int64_t k, const Add& add) const {
   const bool of_minima = penalty_.kind == EnergyKind::kMinima;
   const LocalCell& cell = cells_[k];
   double minimum = cell.fixed_minimum;
@@ -271,11 +324,16 @@ AMHEX_HD inline void LocalCells::AddScore(int64_t k, LocalScore& score) const {
     if (of_minima) {
       deficits += DeficitPower(jacobian);
     } else {
-      score.energy += CornerEnergy(jacobian, penalty_);
+      add(CornerEnergy(jacobian, penalty_));
     }
   }
-  if (of_minima) score.energy += RootedTimes(deficits, penalty_.sharpness);
-  if (cell.is_near_folding) score.energy += FoldEnergy(MarginAt(cell, position_));
+  if (of_minima) add(RootedTimes(deficits, penalty_.sharpness));
+  if (cell.is_near_folding) add(FoldEnergy(MarginAt(cell, position_)));
+  return minimum;
+}
+
+AMHEX_HD inline void LocalCells::AddScore(int64_t k, LocalScore& score) const {
+  const double minimum = VisitScore(k, [&score](double energy) { score.energy += energy; });
   score.minimum = minimum < score.minimum ? minimum : score.minimum;
 }
 
@@ -344,19 +402,19 @@ AMHEX_HD inline void LocalCells::AddMinimum(const LocalCell& cell, EnergyModel& 
   model.gradient += own.gradient;
 }
 
-template <class FindMargins>
-AMHEX_HD void LocalCells::AddFold(const LocalCell& cell, const FindMargins& find_margins,
+template <class Folds>
+AMHEX_HD void LocalCells::AddFold(const LocalCell& cell, const Folds& folds,
                                   EnergyModel& model) const {
   // Step of the forward differences in mean edge lengths.
   constexpr double kDifferenceStep = 1e-4;
-  const double step = kDifferenceStep * MeanEdgeLength();
+  const double step = kDifferenceStep * folds.MeanEdgeLengthOf(*this);
   const CellPositions positions = PositionsOf(cell, position_);
   FourPlaces four{placement_.PatternOf(cell.cell),
                   positions,
                   cell.moving_slots,
                   {position_, position_, position_, position_}};
   for (int a = 0; a < 3; ++a) four.places[a + 1][a] += step;
-  const std::array<double, 4> margins = find_margins(four);
+  const std::array<double, 4> margins = folds.MarginsOf(four);
   Vec3d gradient;
   for (int a = 0; a < 3; ++a) gradient[a] = (margins[a + 1] - margins[0]) / step;
   const Slopes slopes = FoldSlopes(margins[0]);
@@ -364,28 +422,39 @@ AMHEX_HD void LocalCells::AddFold(const LocalCell& cell, const FindMargins& find
   for (int a = 0; a < 3; ++a) model.hessian[a] += gradient * (slopes.second * gradient[a]);
 }
 
-template <class FindMargins>
-AMHEX_HD void LocalCells::AddModel(int64_t k, const FindMargins& find_margins,
-                                   EnergyModel& model) const {
+// The corners' summands or that of the minimum, then that of folding.
+AMHEX_HD inline int LocalCells::ModelSummands(int64_t k) const {
   const LocalCell& cell = cells_[k];
-  if (penalty_.kind == EnergyKind::kMinima) {
+  const int of_corners = penalty_.kind == EnergyKind::kMinima ? 1 : CornerCount(cell);
+  return of_corners + (cell.is_near_folding ? 1 : 0);
+}
+
+template <class Folds>
+AMHEX_HD void LocalCells::AddModelSummand(int64_t k, int summand, const Folds& folds,
+                                          EnergyModel& model) const {
+  const LocalCell& cell = cells_[k];
+  if (cell.is_near_folding && summand + 1 == ModelSummands(k)) {
+    AddFold(cell, folds, model);
+  } else if (penalty_.kind == EnergyKind::kMinima) {
     AddMinimum(cell, model);
   } else {
-    for (int i = 0; i < CornerCount(cell); ++i) {
-      const Slopes slopes = CornerSlopes(JacobianOf(cell, i), penalty_);
-      ModelOf(cell, i).AddTo(model, slopes.first, slopes.second);
-    }
+    const Slopes slopes = CornerSlopes(JacobianOf(cell, summand), penalty_);
+    ModelOf(cell, summand).AddTo(model, slopes.first, slopes.second);
   }
-  if (cell.is_near_folding) AddFold(cell, find_margins, model);
+}
+
+template <class Folds>
+AMHEX_HD void LocalCells::AddModel(int64_t k, const Folds& folds, EnergyModel& model) const {
+  const int count = ModelSummands(k);
+  for (int summand = 0; summand < count; ++summand) AddModelSummand(k, summand, folds, model);
 }
 
 AMHEX_HD inline EnergyModel LocalCells::Model() const {
   EnergyModel model;
-  for (int64_t k = 0; k < cells_.size; ++k) AddModel(k, FindFoldMargins(), model);
+  for (int64_t k = 0; k < cells_.size; ++k) AddModel(k, FoldQuestions(), model);
   return model;
 }
 
-// Over the edges at the vertex.
 AMHEX_HD inline double LocalCells::MeanEdgeLength() const {
   double sum = 0;
   for (int32_t e = 0; e < edge_count_; ++e) sum += Norm(EdgeAt(e).far_end - position_);

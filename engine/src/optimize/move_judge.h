@@ -46,7 +46,8 @@ AMHEX_HD inline Vec3d MiddleOfFace(const PlacementView& placement, int32_t f, in
 
 // Judges moves of one vertex. A move may not let any incident cell's scaled Jacobian fall below
 // both what the worst one had and `floor`, nor fold a cell, nor turn a hull face away from the
-// hull. Cells are LocalCells, or LaneCells where there are lanes.
+// hull. Cells are LocalCells, LaneCells where there are lanes, or TeamCells where threads share a
+// vertex.
 template <class Cells>
 class MoveJudge {
  public:
@@ -106,15 +107,13 @@ class MoveJudge {
     constexpr double kFreeSag = 0.14;
     const HullView& hull = placement_.features.hull;
     const ArrayView<const int32_t> faces = placement_.hull_faces_at[vertex_];
-    for (int64_t i = 0; i < faces.size; ++i) {
-      // The one that refused the last trial most likely refuses this one as well.
-      const int64_t k = (refusing_face_ + i) % faces.size;
+    // The one that refused the last trial most likely refuses this one as well.
+    return cells_.HoldForAll(faces.size, refusing_face_, [&](int64_t k) {
       const Vec3d middle = MiddleOfFace(placement_, faces[k], vertex_, position);
-      if (hull.IsWithin(middle, kFreeSag) || hull.IsWithin(middle, SagBefore(k))) continue;
+      if (hull.IsWithin(middle, kFreeSag) || hull.IsWithin(middle, SagBefore(k))) return true;
       refusing_face_ = k;
       return false;
-    }
-    return true;
+    });
   }
 
   // How far the middle of the k-th hull face at the vertex was from the hull before.

@@ -12,40 +12,11 @@
 #include "exec/resident_arrays.h"
 #include "exec/uploaded_arrays.h"
 #include "input/hull_batch_impl.h"
-#include "optimize/project_vertex.h"
+#include "optimize/colour_visits.h"
 #include "optimize/sweep_task.h"
 #include "optimize/uploaded_features.h"
 
 namespace amhex {
-
-// The vertices of one colour; every one has its own room in a common array.
-struct ColourRoom {
-  ArrayView<const int32_t> vertices;
-  ArrayView<const int64_t> room_of;  // [index in the colour]
-  ArrayView<LocalCell> room;
-  AMHEX_HD LocalCell* At(int64_t i) const { return room.data + room_of[i]; }
-};
-
-struct VisitBody {
-  SweepVisits sweep;
-  ColourRoom colour;
-  AMHEX_HD void operator()(int64_t i) const {
-    const int32_t v = colour.vertices[i];
-    if (sweep.Wants(v)) sweep.Visit<LocalCells>(v, colour.At(i));
-  }
-};
-
-struct ProjectBody {
-  PlacementView placement;
-  double quality_floor = 0;
-  ColourRoom colour;
-  ArrayView<uint8_t> moved;  // [vertex]
-  AMHEX_HD void operator()(int64_t i) const {
-    const int32_t v = colour.vertices[i];
-    if (!IsOnHull(placement, v)) return;
-    moved[v] = ProjectVertex<LocalCells>(placement, v, quality_floor, colour.At(i)) ? 1 : 0;
-  }
-};
 
 // Everyone who writes writes the same.
 struct MarkBody {
@@ -238,14 +209,16 @@ class QualitySweeps {
   // Runs as many elements as the sweeps have left, none once they have ended.
   template <class Body>
   void ForLive(const char* description, int place, int64_t count, const Body& body) {
-    executor_.ForEachOf(description, count, {counts_.View().data + place, 1}, body);
+    executor_.ForEachOf(description, count, Live(place), body);
   }
+  ArrayView<const int64_t> Live(int place) { return {counts_.View().data + place, 1}; }
 
   void Project() {
     ForLive("move no vertex", kLiveVertices, vertex_count_, ClearBody{moved_.View()});
     ForColours([this](int place, const ColourRoom& colour) {
-      ForLive("project the vertices of a colour", place, colour.vertices.size,
-              ProjectBody{sweep_.placement, *task_.projection_floor, colour, moved_.View()});
+      ColourVisits<E>::Run(
+          executor_, "project the vertices of a colour", colour.vertices.size, Live(place),
+          ProjectBody{sweep_.placement, *task_.projection_floor, colour, moved_.View()});
     });
     NoteMoves();
     executor_.CopyOutLater(counts_, 1, &projected_count_);
@@ -254,8 +227,8 @@ class QualitySweeps {
   void Sweep() {
     ForLive("move no vertex", kLiveVertices, vertex_count_, ClearBody{moved_.View()});
     ForColours([this](int place, const ColourRoom& colour) {
-      ForLive("visit the vertices of a colour", place, colour.vertices.size,
-              VisitBody{sweep_, colour});
+      ColourVisits<E>::Run(executor_, "visit the vertices of a colour", colour.vertices.size,
+                           Live(place), VisitBody{sweep_, colour});
     });
     ForLive("rest", kLiveVertices, vertex_count_, ClearBody{swept_.active});
     NoteMoves();

@@ -195,8 +195,9 @@ struct SweepVisits {
   // `room` as for LocalCells; Cells as for MoveJudge.
   template <class Cells>
   AMHEX_HD void Visit(int32_t v, LocalCell* room) const {
-    step[v] = Larger(step[v], kSmallestStep * 4);
-    moved[v] = VertexSearch<Cells>(placement, rules, v, room).Run(step[v]) ? 1 : 0;
+    float farthest = Larger(step[v], kSmallestStep * 4);
+    moved[v] = VertexSearch<Cells>(placement, rules, v, room).Run(farthest) ? 1 : 0;
+    step[v] = farthest;
   }
 };
 
