@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "cuda/cuda_library.h"
 #include "emulated_cuda/emulated_device.h"
+#include "optimize/worth_device.h"
 
 namespace amhex {
 
@@ -17,6 +18,8 @@ namespace amhex {
 // Before the engine looks for its library, once per process.
 inline const int kLibraryIsNamed = setenv("AMHEX_CUDA_LIBRARY", AMHEX_EMULATED_LIBRARY, 1);
 #endif
+// All sweeps of these small meshes are the device's.
+inline const int64_t kVisitsWorthDevice = visits_worth_device.exchange(0);
 
 inline emulated::Device* FindDevice() {
   void* library = dlopen(AMHEX_EMULATED_LIBRARY, RTLD_NOW | RTLD_LOCAL);

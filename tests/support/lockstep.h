@@ -235,7 +235,8 @@ inline amhex::lockstep::BlockIndex blockIdx{};
 
 // Every call site has a number of its own: lanes must wait in the same one.
 #define __syncthreads() amhex::lockstep::the_block.WaitForBlock(__LINE__)
-#define __syncwarp() amhex::lockstep::the_block.Exchange(0xffffffffu, 0, __LINE__)
+#define __syncwarp(...) \
+  amhex::lockstep::the_block.Exchange(0xffffffffu __VA_OPT__(&(__VA_ARGS__)), 0, __LINE__)
 #define __ballot_sync(mask, predicate) amhex::lockstep::Ballot(mask, predicate, __LINE__)
 #define __shfl_sync(mask, value, lane) amhex::lockstep::Shuffle(mask, value, lane, __LINE__)
 #define __shfl_xor_sync(mask, value, bits)                                                    \

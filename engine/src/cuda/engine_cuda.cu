@@ -22,6 +22,7 @@
 #include "fields/lattice_impl.h"
 #include "fields/ordered_total.cuh"
 #include "geometry/match_impl.h"
+#include "graph/nearest_search.cuh"
 #include "input/hull_batch_impl.h"
 #include "input/hull_tree_impl.h"
 #include "input/sample_impl.h"

@@ -66,8 +66,20 @@ struct PartialSumBody {
     const int64_t end = Smaller(count, begin + per_block);
     const int64_t whole = begin + (end - begin) / kSumLanes * kSumLanes;
     double sum = 0;
-    for (int64_t i = begin + lane; i < whole; i += kSumLanes) sum += term(i);
-    for (int64_t i = whole; i < end && lane == 0; ++i) sum += term(i);
+    int64_t i = begin + lane;
+#if defined(__CUDA_ARCH__)
+    // Many terms at once are on their way from memory, which is what a device waits for here.
+    constexpr int kAtOnce = 16;
+    for (; i + (kAtOnce - 1) * kSumLanes < whole; i += kAtOnce * kSumLanes) {
+      double terms[kAtOnce];
+#pragma unroll
+      for (int k = 0; k < kAtOnce; ++k) terms[k] = term(i + k * kSumLanes);
+#pragma unroll
+      for (int k = 0; k < kAtOnce; ++k) sum += terms[k];
+    }
+#endif
+    for (; i < whole; i += kSumLanes) sum += term(i);
+    for (i = whole; i < end && lane == 0; ++i) sum += term(i);
     partial[index] = sum;
   }
 };

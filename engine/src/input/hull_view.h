@@ -29,6 +29,7 @@ struct HullNode {
   Vec3d low, high;
   int32_t begin = 0, end = 0;  // range of the triangles
   int32_t right = -1;          // right child; -1 on leaves
+  int32_t unused = 0;          // no byte of a copy is undefined
 };
 
 // Far away, the triangles of a node act like one dipole and its first moment (Barill et al. 2018,

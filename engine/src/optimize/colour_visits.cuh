@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "exec/cuda_executor.cuh"
+#include "exec/team.cuh"
 #include "optimize/colour_visits.h"
 #include "optimize/team_cells.cuh"
 

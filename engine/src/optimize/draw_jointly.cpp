@@ -10,6 +10,7 @@
 #include "input/triangle_math.h"
 #include "optimize/look_ahead.h"
 #include "optimize/placement_view.h"
+#include "optimize/survey_cell.h"
 
 namespace amhex {
 namespace {

@@ -8,6 +8,7 @@
 #include "optimize/constrain.h"
 #include "optimize/lane_cells.h"
 #include "optimize/move_judge.h"
+#include "optimize/survey_cell.h"
 
 namespace amhex {
 namespace {

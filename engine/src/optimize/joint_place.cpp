@@ -8,6 +8,7 @@
 #include "base/sort_unique.h"
 #include "optimize/constrain.h"
 #include "optimize/move_judge.h"
+#include "optimize/survey_cell.h"
 
 namespace amhex {
 namespace {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/array_view_of.h"
+#include "optimize/survey_cell.h"
 #include "optimize/sweep_task.h"
 
 namespace amhex {

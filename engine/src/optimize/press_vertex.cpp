@@ -6,6 +6,7 @@
 #include "optimize/lane_cells.h"
 #include "optimize/move_judge.h"
 #include "optimize/raise_average.h"
+#include "optimize/survey_cell.h"
 
 namespace amhex {
 namespace {

@@ -12,6 +12,7 @@
 #include "optimize/project_vertex.h"
 #include "optimize/sweep_task.h"
 #include "optimize/visit_by_colour.h"
+#include "optimize/worth_device.h"
 
 namespace amhex {
 namespace {
@@ -21,6 +22,14 @@ constexpr size_t kVerticesPerBlock = 1024;
 double OffsetOf(const PlacementView& placement, size_t v) {
   const auto vertex = static_cast<int64_t>(v);
   return Norm(FootOf(placement, vertex).point - placement.vertices[vertex]);
+}
+
+int64_t CountOnHull(const PlacementView& placement) {
+  int64_t count = 0;
+  for (int64_t v = 0; v < placement.vertices.size; ++v) {
+    count += IsOnHull(placement, static_cast<int32_t>(v)) ? 1 : 0;
+  }
+  return count;
 }
 
 }  // namespace
@@ -42,7 +51,11 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
     task.projected_count = std::count(moved.begin(), moved.end(), 1);
     return true;
   };
-  AMHEX_RETURN_IF_ERROR(RunWhereChosen(placement.device, &task, on_cpu).status());
+  const bool is_worth_device =
+      placement.device != nullptr &&
+      CountOnHull(task.placement) >= FewestVisitsOnDevice(placement.neighbourhoods);
+  AMHEX_RETURN_IF_ERROR(
+      RunWhereChosen(is_worth_device ? placement.device : nullptr, &task, on_cpu).status());
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   return task.projected_count;
 }

@@ -4,31 +4,52 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 #include "absl/container/inlined_vector.h"
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "optimize/cell_quality.h"
 #include "optimize/lane_cells.h"
 #include "optimize/sweep_task.h"
 #include "optimize/visit_by_colour.h"
+#include "optimize/worth_device.h"
 
 namespace amhex {
 namespace {
 
 constexpr size_t kCellsPerBlock = 1024;
+constexpr size_t kVerticesPerBlock = 2048;
+
+SweepVisits VisitsOf(Placement& placement, const SweepRules& rules, SweepMemory& memory,
+                     std::vector<uint8_t>& moved) {
+  return {ViewOf(placement), rules, WritableViewOf(memory.active), WritableViewOf(memory.step),
+          WritableViewOf(moved)};
+}
+
+// Vertices that the next sweep will visit.
+int64_t CountWanted(Placement& placement, const SweepRules& rules, SweepMemory& memory) {
+  std::vector<uint8_t> none;
+  const SweepVisits sweep = VisitsOf(placement, rules, memory, none);
+  return tbb::parallel_reduce(
+      tbb::blocked_range<size_t>(0, memory.active.size(), kVerticesPerBlock), int64_t{0},
+      [&](const tbb::blocked_range<size_t>& range, int64_t wanted) {
+        for (size_t v = range.begin(); v < range.end(); ++v) {
+          wanted += sweep.Wants(static_cast<int32_t>(v)) ? 1 : 0;
+        }
+        return wanted;
+      },
+      std::plus<>());
+}
+
 }  // namespace
 
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
   std::vector<uint8_t> moved(memory.active.size(), 0);
-  const auto vertex_count = static_cast<int64_t>(moved.size());
-  const SweepVisits sweep{ViewOf(placement),
-                          rules,
-                          {memory.active.data(), vertex_count},
-                          {memory.step.data(), vertex_count},
-                          {moved.data(), vertex_count}};
+  const SweepVisits sweep = VisitsOf(placement, rules, memory, moved);
   const absl::Status status = VisitByColour(
       placement.neighbourhoods, run, [&](int32_t v) { return sweep.Wants(v); },
       [&](int32_t v) {
@@ -46,14 +67,26 @@ absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t co
   SweepTask task = TaskFor(placement, memory, run);
   task.rules = rules;
   task.most_sweeps = count;
+  const auto is_over = [&] {
+    return task.sweeps_done >= count ||
+           (task.sweeps_done > 0 &&
+            HasSettled(task.moved_last, task.placement.vertices.size, rules.aim));
+  };
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-    for (int32_t sweep = 0; sweep < count; ++sweep) {
-      AMHEX_ASSIGN_OR_RETURN(const int64_t moved, SweepQuality(placement, rules, memory, run));
-      if (HasSettled(moved, task.placement.vertices.size, rules.aim)) break;
+    for (; !is_over(); ++task.sweeps_done) {
+      AMHEX_ASSIGN_OR_RETURN(task.moved_last, SweepQuality(placement, rules, memory, run));
     }
     return true;
   };
-  AMHEX_RETURN_IF_ERROR(RunWhereChosen(placement.device, &task, on_cpu).status());
+  if (placement.device != nullptr) {
+    const int64_t fewest = FewestVisitsOnDevice(placement.neighbourhoods);
+    task.fewest_moved = fewest / kVisitsPerMove;
+    if (CountWanted(placement, rules, memory) >= fewest) {
+      AMHEX_RETURN_IF_ERROR(placement.device->Run(&task, on_cpu).status());
+      AMHEX_RETURN_IF_ERROR(run.CheckStop());
+    }
+  }
+  AMHEX_RETURN_IF_ERROR(on_cpu().status());
   return run.CheckStop();
 }
 

@@ -17,7 +17,8 @@ absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rul
                                      SweepMemory& memory, const RunContext& run);
 
 // Up to `count` such sweeps, fewer when nothing moves any more or, raising the average, hardly
-// anything. On the placement's device, if it has one, with the same bits: one upload, one download.
+// anything. On the placement's device, if it has one, as long as there is enough to do for it
+// (worth_device.h), with the same bits: one upload, one download.
 absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t count,
                        SweepMemory& memory, const RunContext& run);
 

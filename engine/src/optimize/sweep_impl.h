@@ -13,6 +13,7 @@
 #include "exec/uploaded_arrays.h"
 #include "input/hull_batch_impl.h"
 #include "optimize/colour_visits.h"
+#include "optimize/survey_cell.h"
 #include "optimize/sweep_task.h"
 #include "optimize/uploaded_features.h"
 
@@ -78,9 +79,11 @@ inline constexpr int kLiveColours = 4;  // vertices of the first colour, and so 
 struct SettleBody {
   int64_t vertex_count = 0;
   QualityAim aim = QualityAim::kMinimum;
+  int64_t fewest_moved = 0;
   ArrayView<int64_t> counts;
   AMHEX_HD void operator()(int64_t) const {
-    if (!HasSettled(counts[kMovedVertices], vertex_count, aim)) return;
+    const int64_t moved = counts[kMovedVertices];
+    if (moved >= fewest_moved && !HasSettled(moved, vertex_count, aim)) return;
     for (int64_t place = kLiveVertices; place < counts.size; ++place) counts[place] = 0;
   }
 };
@@ -118,7 +121,11 @@ class QualitySweeps {
     if (task_.projection_floor.has_value()) Project();
     executor_.Repeat(
         task_.most_sweeps, counts_, [this] { Sweep(); },
-        [](const int64_t* counts) { return counts[kIsLive] == 0; });
+        [this](const int64_t* counts) {
+          ++sweeps_done_;
+          moved_last_ = counts[kMovedVertices];
+          return counts[kIsLive] == 0;
+        });
     return Download();
   }
 
@@ -233,7 +240,7 @@ class QualitySweeps {
     ForLive("rest", kLiveVertices, vertex_count_, ClearBody{swept_.active});
     NoteMoves();
     ForLive("see whether to go on", kIsLive, 1,
-            SettleBody{vertex_count_, task_.rules.aim, counts_.View()});
+            SettleBody{vertex_count_, task_.rules.aim, task_.fewest_moved, counts_.View()});
   }
 
   // As the host's: surveys cells of which a vertex has moved, and activates their vertices. Counts
@@ -261,6 +268,8 @@ class QualitySweeps {
     std::copy(quality.begin(), quality.end(), task_.placement.min_scaled_jacobian.data);
     std::copy(near_folding.begin(), near_folding.end(), task_.placement.near_folding.data);
     task_.projected_count = projected_count_;
+    task_.sweeps_done = sweeps_done_;
+    task_.moved_last = moved_last_;
     *task_.active = std::move(active);
     *task_.step = std::move(step);
     return true;
@@ -270,7 +279,8 @@ class QualitySweeps {
   SweepTask& task_;
   UploadedArrays<E> arrays_;
   int64_t vertex_count_, cell_count_;
-  int64_t projected_count_ = 0;
+  int64_t projected_count_ = 0, moved_last_ = 0;
+  int32_t sweeps_done_ = 0;
   Cells cells_;
   Array<LocalCell> room_;
   SweptArrays swept_;

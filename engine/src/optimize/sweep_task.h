@@ -30,11 +30,15 @@ struct SweepTask {
   std::optional<double> projection_floor;
   SweepRules rules;
   int32_t most_sweeps = 0;
+  // A sweep that moves fewer is the last: the host goes on.
+  int64_t fewest_moved = 0;
   std::vector<uint8_t>* active = nullptr;         // SweepMemory's
   std::vector<float>* step = nullptr;             // SweepMemory's
   std::vector<ArrayView<const int32_t>> colours;  // vertices; no two of one colour share a cell
   std::function<bool()> should_stop;              // may be empty
   int64_t projected_count = 0;                    // out: vertices that were drawn to the hull
+  int32_t sweeps_done = 0;                        // out
+  int64_t moved_last = 0;                         // out: vertices that the last sweep moved
 };
 
 // True if a sweep that moved so many of the vertices is the last.

@@ -5,46 +5,10 @@
 #include <array>
 #include <cstdint>
 
+#include "exec/team.cuh"
 #include "optimize/local_cells.h"
 
 namespace amhex {
-
-// Neighbouring lanes of a warp that do the same work but for what they share out. All of them must
-// come to every call.
-class Team {
- public:
-  // As many as there are cells around a vertex inside. With 8 a warp has four vertices, whose ways
-  // part: it takes as long as all of them together.
-  static constexpr int kWidth = 8;
-
-  __device__ Team() : lane_(static_cast<int>(threadIdx.x) % kLanesPerWarp) {}
-  // 0 .. kWidth-1
-  __device__ int rank() const { return lane_ % kWidth; }
-
-  // What the thread of this rank has.
-  template <class T>
-  __device__ T From(int rank, T value) const {
-    return __shfl_sync(mask(), value, first() + rank);
-  }
-  __device__ Vec3d From(int rank, const Vec3d& value) const {
-    return {From(rank, value.x), From(rank, value.y), From(rank, value.z)};
-  }
-  __device__ bool IsAny(bool value) const { return (__ballot_sync(mask(), value) & mask()) != 0; }
-  __device__ double Least(double value) const {
-    for (int step = 1; step < kWidth; step *= 2) {
-      value = Smaller(value, __shfl_xor_sync(mask(), value, step));
-    }
-    return value;
-  }
-
- private:
-  static constexpr int kLanesPerWarp = 32;
-
-  __device__ int first() const { return lane_ / kWidth * kWidth; }
-  __device__ unsigned mask() const { return ~0U >> (kLanesPerWarp - kWidth) << first(); }
-
-  int lane_;
-};
 
 class TeamCells {
  public:

@@ -11,6 +11,7 @@
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
 #include "graph/n6_body.h"
+#include "graph/nearest_search.h"
 #include "graph/point_bins.h"
 #include "orientation/align_body.h"
 #include "orientation/propagate_body.h"
@@ -202,9 +203,9 @@ class Relaxation {
 
   void FindNeighbours() {
     SortIntoBins();
-    ForEachSite("find nearest neighbours",
-                KnnExactBody{site_bins_.grid(), ReadOnly(arrays_.rounded.View()),
-                             arrays_.neighbours.View()});
+    NearestSearch<E>::Run(
+        executor_, capacity_, SiteCountView(),
+        {site_bins_.grid(), ReadOnly(arrays_.rounded.View()), arrays_.neighbours.View()});
   }
 
   void Align() {

@@ -14,6 +14,7 @@
 #include "optimize/hull_features.h"
 #include "optimize/lane_cells.h"
 #include "optimize/placement.h"
+#include "optimize/survey_cell.h"
 #include "optimize/vertex_search.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"

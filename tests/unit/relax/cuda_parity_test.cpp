@@ -25,6 +25,7 @@
 #include "optimize/placement.h"
 #include "optimize/project_to_hull.h"
 #include "optimize/raise_quality.h"
+#include "optimize/worth_device.h"
 #include "output/measure_cells.h"
 #include "relax/relaxation.h"
 #include "support/grid_complex.h"
@@ -288,9 +289,19 @@ TEST(CudaParityOfMatching, FindsNothingAmongNoCubes) {
   EXPECT_TRUE(merged->vertices.empty());
 }
 
+// All sweeps are the device's, however few vertices there are.
+class CudaParityOfPlacement : public testing::Test {
+ protected:
+  void SetUp() override { worth_ = visits_worth_device.exchange(0); }
+  void TearDown() override { visits_worth_device = worth_; }
+
+ private:
+  int64_t worth_ = 0;
+};
+
 // Vertices of all kinds, inside and on faces, edges and corners of a box, raised towards the
 // minimum and the average.
-TEST(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
+TEST_F(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
   const Hull hull = testing_support::HullOfMesh(fixtures::MakeBox({5, 4, 3}, 0.5));
@@ -319,7 +330,7 @@ TEST(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
 }
 
 // With patches, creases and corners of their own, and cells of every kind.
-TEST(CudaParityOfPlacement, GivesTheSameMeshAsTheCpu) {
+TEST_F(CudaParityOfPlacement, GivesTheSameMeshAsTheCpu) {
   const absl::StatusOr<std::string> device = DescribeCuda();
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
   MeshingParams params;
