@@ -11,6 +11,7 @@
 #include <setjmp.h>
 #include <ucontext.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -244,6 +245,7 @@ inline amhex::lockstep::BlockIndex blockIdx{};
                            __LINE__)
 
 #define __reduce_or_sync(mask, value) amhex::lockstep::ReduceOr(mask, value, __LINE__)
+#define __reduce_min_sync(mask, value) amhex::lockstep::ReduceMin(mask, value, __LINE__)
 
 inline int __ffs(int bits) { return __builtin_ffs(bits); }
 inline int __clz(int bits) { return bits == 0 ? 32 : __builtin_clz(static_cast<unsigned>(bits)); }
@@ -273,6 +275,16 @@ inline unsigned ReduceOr(unsigned mask, unsigned value, int site) {
     bits |= FromBits<unsigned>(of_lane);
   }
   return bits;
+}
+
+inline unsigned ReduceMin(unsigned mask, unsigned value, int site) {
+  const WarpValues& values = the_block.Exchange(mask, Bits(value), site);
+  unsigned least = value;
+  for (int i = 0; i < kLanesPerWarp; ++i) {
+    if ((mask >> i & 1) == 0) continue;
+    least = std::min(least, FromBits<unsigned>(values[static_cast<size_t>(i)]));
+  }
+  return least;
 }
 
 template <class T>

@@ -44,11 +44,11 @@ class Team {
     return value;
   }
   __device__ uint32_t Least(uint32_t value) const {
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
-    return __reduce_min_sync(mask(), value);
-#else
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
     for (int step = 1; step < kWidth; step *= 2) value = Smaller(value, Across(value, step));
     return value;
+#else
+    return __reduce_min_sync(mask(), value);
 #endif
   }
 
