@@ -1,5 +1,6 @@
 // What the steps before and after the relaxation take of a device, and how often.
 #include <gtest/gtest.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <cstdint>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -328,6 +330,38 @@ TEST_F(EmulatedSteps, SweepsAreReplayedAndWaitForNothing) {
   EXPECT_EQ(waits[0], waits[1]);
   EXPECT_EQ(replays[0], 2);
   EXPECT_GT(replays[1], 2);
+}
+
+// A sweep of few vertices takes a device as long as one of many.
+TEST_F(EmulatedSteps, SweepsGoOnOnTheHostOnceTooFewVerticesMove) {
+  auto device = DeviceUse::Choose(Backend::kCuda);
+  ASSERT_TRUE(device.ok()) << device.status();
+  constexpr int kThreads = 2;
+  const RunContext run;
+  const auto swept = [&](DeviceUse* where, double share_worth_device) {
+    ShakenBox box(where);
+    device_->Restart();
+    const auto colours = static_cast<double>(box.placement.neighbourhoods.colours.size());
+    visits_worth_device =
+        static_cast<int64_t>(share_worth_device * static_cast<double>(box.complex.vertices.size()) /
+                             (colours * kThreads));
+    oneapi::tbb::task_arena(kThreads).execute([&] {
+      const SweepRules rules{QualityAim::kMinimum, 0.9, 0.5};
+      EXPECT_TRUE(RunSweeps(box.placement, rules, 20, box.memory, run).ok());
+    });
+    visits_worth_device = 0;
+    return std::make_tuple(box.complex.vertices, box.placement.survey.min_scaled_jacobian,
+                           box.memory.active, box.memory.step);
+  };
+  const auto expected = swept(nullptr, 0);
+  EXPECT_EQ(controls().launches, 0);
+  EXPECT_TRUE(swept(&*device, 0) == expected);
+  const int64_t all = controls().launches;
+  EXPECT_TRUE(swept(&*device, 0.7) == expected);
+  EXPECT_GT(controls().launches, 0);
+  EXPECT_LT(controls().launches, all);
+  EXPECT_TRUE(swept(&*device, 2) == expected);
+  EXPECT_EQ(controls().launches, 0);
 }
 
 TEST_F(EmulatedSteps, TakesAsMuchMemoryForSamplingAsEstimatedAndGivesItBackWhenStopped) {
