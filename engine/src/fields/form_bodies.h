@@ -104,7 +104,7 @@ struct FindStepsBody {
     return jacobian;
   }
   AMHEX_HD Vec3f IncrementAt(int64_t node, int d) const {
-    const float* const at = increments.data + kIncrements * node + 3 * d;
+    const float* const at = increments.data + kIncrements * node + int64_t{3} * d;
     return {at[0], at[1], at[2]};
   }
 };
@@ -187,7 +187,7 @@ struct LowerBody {
       const Vec3d there = LoweringOf(j);
       for (int a = 0; a < 3; ++a) {
         const double mean = (here[a] + there[renaming.source[a]]) / 2;
-        form.increments[kIncrements * i + 3 * d + a] *= static_cast<float>(mean);
+        form.increments[kIncrements * i + int64_t{3} * d + a] *= static_cast<float>(mean);
       }
     }
     for (int a = 0; a < 3; ++a) form.steps[i][a] /= here[a], form.sizes[i][a] /= here[a];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "base/vector_lanes.h"
@@ -154,7 +155,7 @@ std::vector<Vec3d> HingeFit::MovesByPoints(const std::vector<size_t>& active,
   for (size_t i = 0; i < n; ++i) matrix[i * stride + i] = damping;
   for (const size_t row : active) {
     for (const HingeRow::Slope& a : rows_[row].slopes) {
-      double* at = moves.data() + 3 * a.point;
+      double* at = moves.data() + ptrdiff_t{3} * a.point;
       for (int i = 0; i < 3; ++i) at[i] += a.fall[i] * rows_[row].lack;
       for (const HingeRow::Slope& b : rows_[row].slopes) {
         if (b.point < a.point) continue;  // the upper triangle

@@ -212,6 +212,7 @@ class GapSplitter {
     if (complex_.cells.size() == cell_count) return std::move(complex_);
     // Regains what the cells around have lost. Elsewhere the hull has been followed before.
     std::vector<Vec3d> places;
+    places.reserve(tried.size());
     for (const Gap& gap : tried) places.push_back(gap.sample);
     return FollowHullAround(places, std::move(complex_), hull_, features_, run_);
   }

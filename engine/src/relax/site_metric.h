@@ -1,6 +1,7 @@
 // The Chebyshev metric of a site (section 4.1, "Distance Metric") in the form the labelling reads.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "base/array_view.h"
@@ -126,7 +127,7 @@ struct SiteMetricBody {
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3f axis_in_sizes =
           AxisOf(orientation[site], axis) * (static_cast<float>(spacing) / size[site][axis]);
-      float* row = &result.row[3 * axis];
+      float* row = result.row + ptrdiff_t{3} * axis;
       for (int i = 0; i < 3; ++i) row[i] = RowNumber(axis_in_sizes[i]);
       result.reach[axis] = AbsoluteValue(row[0]) + AbsoluteValue(row[1]) + AbsoluteValue(row[2]);
     }
