@@ -12,6 +12,7 @@
 
 #include "amhex/params.h"
 #include "amhex/run_context.h"
+#include "base/array_view_of.h"
 #include "cuda/cuda_library.h"
 #include "exec/cpu_executor.h"
 #include "fixtures/solids.h"
@@ -60,11 +61,6 @@ Sites JitteredSites(const Hull& hull) {
   return *PopulateGrid(hull, SamplesOf(hull), JitteredParams(), run);
 }
 
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& v) {
-  return {v.data(), static_cast<int64_t>(v.size())};
-}
-
 // Sites of both sides of a sphere's hull, ready to be labelled.
 struct Diagram {
   HullBarrier barrier;
@@ -94,9 +90,9 @@ struct Diagram {
     moments.resize(sites.size());
     const auto count = static_cast<int64_t>(sites.size());
     bins = std::make_unique<PointBins<CpuExecutor>>(executor, barrier.extent, 1.0f);
-    const BinGrid& grid = bins->Build(ViewOf(position), count);
-    const SiteMetricBody body{barrier.lattice.spacing, grid.ids,     ViewOf(sites),
-                              ViewOf(orientation),     ViewOf(size), ViewOf(is_inside),
+    const BinGrid& grid = bins->Build(ArrayViewOf(position), count);
+    const SiteMetricBody body{barrier.lattice.spacing,  grid.ids,          ArrayViewOf(sites),
+                              ArrayViewOf(orientation), ArrayViewOf(size), ArrayViewOf(is_inside),
                               {metric.data(), count}};
     for (size_t i = 0; i < sites.size(); ++i) body(static_cast<int64_t>(i));
     items = ListLabelItems(barrier, outside);
@@ -115,8 +111,8 @@ void BM_NearestNeighbours(benchmark::State& state) {
   PointBins<CpuExecutor> bins(executor, hull.box.Extent() + Vec3d{6, 6, 6}, 1.0f);
   for (auto _ : state) {
     executor.ForEach("knn", count,
-                     KnnExactBody{bins.Build(ViewOf(position), count),
-                                  ViewOf(position),
+                     KnnExactBody{bins.Build(ArrayViewOf(position), count),
+                                  ArrayViewOf(position),
                                   {neighbours.data(), static_cast<int64_t>(neighbours.size())}});
     benchmark::DoNotOptimize(neighbours.data());
   }
@@ -129,8 +125,8 @@ void BM_LabelLattice(benchmark::State& state) {
   const auto count = static_cast<int64_t>(diagram.position.size());
   LabelTileBody body;
   body.barrier = diagram.barrier.View();
-  body.items = ViewOf(diagram.items);
-  body.metric = ViewOf(diagram.metric);
+  body.items = ArrayViewOf(diagram.items);
+  body.metric = ArrayViewOf(diagram.metric);
   body.moments = {diagram.moments.data(), count};
   body.bins = diagram.bins->grid();
   for (auto _ : state) {

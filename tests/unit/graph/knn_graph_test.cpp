@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
 #include "graph/knn_exact_body.h"
 #include "graph/knn_update_body.h"
@@ -15,18 +16,14 @@
 namespace amhex {
 namespace {
 
-ArrayView<const Vec3f> ViewOf(const std::vector<Vec3f>& points) {
-  return {points.data(), static_cast<int64_t>(points.size())};
-}
-
 std::vector<int32_t> ExactGraph(const std::vector<Vec3f>& points, double extent) {
   CpuExecutor executor;
   PointBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
   const auto count = static_cast<int64_t>(points.size());
   std::vector<int32_t> graph(points.size() * kNeighbourCount);
   executor.ForEach("knn", count,
-                   KnnExactBody{bins.Build(ViewOf(points), count),
-                                ViewOf(points),
+                   KnnExactBody{bins.Build(ArrayViewOf(points), count),
+                                ArrayViewOf(points),
                                 {graph.data(), static_cast<int64_t>(graph.size())}});
   return graph;
 }
@@ -88,10 +85,10 @@ TEST(KnnGraph, SevenUpdatesFromRandomLinksFindAlmostAllNeighbours) {
     return ArrayView<int32_t>{v.data(), static_cast<int64_t>(v.size())};
   };
   CpuExecutor executor;
-  executor.ForEach("start", count, KnnRandomBody{1, count, ViewOf(points), view(before)});
+  executor.ForEach("start", count, KnnRandomBody{1, count, ArrayViewOf(points), view(before)});
   for (int update = 0; update < kKnnUpdatesFromRandom; ++update) {
     executor.ForEach("update", count,
-                     KnnUpdateBody{ViewOf(points), ReadOnly(view(before)), view(after)});
+                     KnnUpdateBody{ArrayViewOf(points), ReadOnly(view(before)), view(after)});
     before.swap(after);
   }
   const std::vector<int32_t> exact = ExactGraph(points, 12.6);
@@ -112,7 +109,7 @@ TEST(KnnGraph, AnUpdateLeavesThePerfectGraphAsItIs) {
   std::vector<int32_t> after(exact.size());
   CpuExecutor executor;
   executor.ForEach("update", 500,
-                   KnnUpdateBody{ViewOf(points),
+                   KnnUpdateBody{ArrayViewOf(points),
                                  {exact.data(), static_cast<int64_t>(exact.size())},
                                  {after.data(), static_cast<int64_t>(after.size())}});
   EXPECT_EQ(after, exact);

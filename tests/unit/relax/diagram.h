@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
 #include "graph/point_bins.h"
 #include "relax/build_barrier.h"
@@ -15,11 +16,6 @@
 #include "unit/relax/relax_fixtures.h"
 
 namespace amhex {
-
-template <class T>
-ArrayView<const T> ViewOf(const std::vector<T>& v) {
-  return {v.data(), static_cast<int64_t>(v.size())};
-}
 
 // Everything that one labelling needs; sites in the domain frame.
 struct Diagram {
@@ -38,8 +34,8 @@ struct Diagram {
     const std::vector<int32_t> side = {is_inside ? 1 : 0};
     const std::vector<int32_t> first = {0};
     SiteMetric m;
-    SiteMetricBody{barrier.lattice.spacing, ViewOf(first), ViewOf(at), ViewOf(frame),
-                   ViewOf(extent),          ViewOf(side),  {&m, 1}}(0);
+    SiteMetricBody{barrier.lattice.spacing, ArrayViewOf(first), ArrayViewOf(at), ArrayViewOf(frame),
+                   ArrayViewOf(extent),     ArrayViewOf(side),  {&m, 1}}(0);
     metric.push_back(m);
     position.push_back(ToFloat(p));
     for (int axis = 0; axis < 3; ++axis) largest_size = Larger(largest_size, size[axis]);
@@ -54,13 +50,13 @@ struct Diagram {
     labels.assign(items.size() * kTilePoints, kNoOwner);
     LabelTileBody body;
     body.barrier = barrier.View();
-    body.items = ViewOf(items);
-    body.bins = bins.Build(ViewOf(position), static_cast<int64_t>(position.size()));
+    body.items = ArrayViewOf(items);
+    body.bins = bins.Build(ArrayViewOf(position), static_cast<int64_t>(position.size()));
     std::vector<SiteMetric> by_slot;
     for (size_t slot = 0; slot < metric.size(); ++slot) {
       by_slot.push_back(metric[static_cast<size_t>(body.bins.ids[static_cast<int64_t>(slot)])]);
     }
-    body.metric = ViewOf(by_slot);
+    body.metric = ArrayViewOf(by_slot);
     body.largest_size = largest_size;
     body.wants_second_moments = true;
     body.moments = {moments.data(), static_cast<int64_t>(moments.size())};

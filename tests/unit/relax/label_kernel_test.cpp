@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "fixtures/solids.h"
 #include "support/lockstep.h"
 // After lockstep.h, which gives CUDA's words a meaning on the host.
@@ -22,9 +23,9 @@ void LabelInLockstep(Diagram& diagram, int tiles_per_group, Order order, int32_t
   diagram.LabelBy([&](const LabelTileBody& body) {
     lockstep::Launch(static_cast<int64_t>(groups.size()), kGroupThreads, order, [&] {
       if (tiles_per_group == 1) {
-        LabelGroupsKernel<1>(body, ViewOf(groups), &stop_flag);
+        LabelGroupsKernel<1>(body, ArrayViewOf(groups), &stop_flag);
       } else {
-        LabelGroupsKernel<kTileBlocks>(body, ViewOf(groups), &stop_flag);
+        LabelGroupsKernel<kTileBlocks>(body, ArrayViewOf(groups), &stop_flag);
       }
     });
   });
