@@ -157,7 +157,7 @@ test_errors() {
   check "and what to do is said" grep -q "is the address right" stderr
   refuses "a folder as authorities" 3 "cannot be read" \
     mesh cube.drc --server 127.0.0.1:1 --tls-ca / -o out.vtu
-  refuses "a job out of time" 6 "RUN_TIMEOUT" mesh cloud.drc --cells 200000 --time-limit 0.01 -o out.vtu
+  refuses "a job out of time" 6 "RUN_TIMEOUT" mesh cube.drc --cells 20000 --time-limit 0.01 -o out.vtu
   check "and how to have more is said" grep -q -- "--time-limit allows more" stderr
   refuses "no subcommand" 2 "a command is missing"
   refuses "a mistyped command" 2 "no such command: meash; did you mean mesh" meash cube.drc -o out.vtu
