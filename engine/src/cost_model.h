@@ -42,10 +42,10 @@ inline constexpr double ExpectedSeconds(const ExpectedWork& work) {
 }
 
 // The largest of the fields' solves on a device, of the phases (fields/phase_impl.h), in bytes per
-// node of the background grid: six vectors of six floats 144, turns 72, the hull's wishes 36, edges
-// 1; and of what stays there meanwhile (fields/lattice_task.h): cells 8, links 27, frames and sizes
-// 56, closed increments 36.
-inline constexpr int64_t kDeviceBytesPerNode = 380;
+// node of the background grid: four vectors of six floats and two of half the nodes 120, turns 72,
+// the hull's wishes 36, edges 1, the order and its links 35; and of what stays there meanwhile
+// (fields/lattice_task.h): cells 8, links 27, frames and sizes 56, closed increments 36.
+inline constexpr int64_t kDeviceBytesPerNode = 391;
 // Nodes of the background grid, half an edge length apart.
 inline constexpr int64_t kNodesPerCell = 8;
 

@@ -45,19 +45,19 @@ class Solve {
         std::vector<float>* x)
       : system_(system),
         run_(run),
-        node_count_(static_cast<int64_t>(rhs.size()) / system.unknowns),
+        node_count_(static_cast<int64_t>(rhs.size()) / system.unknowns - system.completed_count),
         rhs_(rhs.data()),
         inverse_diagonal_(system.inverse_diagonal()),
         inverse_(inverse_diagonal_.data()),
         x_(x->data()),
-        residual_(rhs.size()),
-        direction_(rhs.size() + kReadableBeyond),
-        product_(rhs.size()),
-        block_sums_(NodeSumBlocks(node_count_)) {}
+        residual_(node_count_ * system.unknowns),
+        direction_(rhs.size()),
+        product_(residual_.size()) {}
 
-  double RightSideNorm() {
+  // Of all nodes.
+  double RightSideNorm() const {
     const float *rhs = rhs_, *inverse = inverse_;
-    return Sum([=](int64_t begin, int64_t end) {
+    return Sum(node_count_ + system_.completed_count, [=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
           [=](int64_t i) {
@@ -72,10 +72,9 @@ class Solve {
   double Start() {
     float *residual = residual_.data(), *direction = direction_.data();
     const float *product = product_.data(), *rhs = rhs_, *inverse = inverse_;
-    // Only the direction has room to read beyond its end.
-    std::copy_n(x_, node_count_ * system_.unknowns, direction);
-    for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, direction);
-    return Sum([=](int64_t begin, int64_t end) {
+    Complete(rhs, x_);
+    for (int pass = 0; pass < system_.passes; ++pass) Apply(pass, x_);
+    return Sum(node_count_, [=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
           [=](int64_t i) {
@@ -96,8 +95,9 @@ class Solve {
   double Curvature() {
     const float *direction = direction_.data(), *product = product_.data();
     const int last = system_.passes - 1;
+    Complete(nullptr, direction_.data());
     for (int pass = 0; pass < last; ++pass) Apply(pass, direction);
-    return Sum([&](int64_t begin, int64_t end) {
+    return Sum(node_count_, [&](int64_t begin, int64_t end) {
       system_.apply(last, begin / system_.unknowns, end / system_.unknowns, direction,
                     product_.data());
       return SumOfBlock(
@@ -113,7 +113,7 @@ class Solve {
   double Reduce(float step) {
     float* residual = residual_.data();
     const float *product = product_.data(), *inverse = inverse_;
-    return Sum([=](int64_t begin, int64_t end) {
+    return Sum(node_count_, [=](int64_t begin, int64_t end) {
       return SumOfBlock(
           begin, end,
           [=](int64_t i) {
@@ -132,7 +132,7 @@ class Solve {
   void MoveAndTurn(float step, float carry) {
     const float *residual = residual_.data(), *inverse = inverse_;
     float *direction = direction_.data(), *x = x_;
-    ForBlocks([=](int64_t, int64_t begin, int64_t end) {
+    ForUnknowns(node_count_, [=](int64_t, int64_t begin, int64_t end) {
       const auto body = [=](int64_t i) {
         const FloatLanes r = LoadFloats(residual + i) * LoadFloats(inverse + i),
                          d = LoadFloats(direction + i);
@@ -151,30 +151,46 @@ class Solve {
     });
   }
 
+  // What follows from the numbers that were solved for.
+  void CompleteSolution() { Complete(rhs_, x_); }
+
  private:
-  // body(block, first unknown, end of the unknowns).
+  // body(block, first node, end of the nodes).
   template <class Body>
-  void ForBlocks(const Body& body) const {
-    const int64_t unknowns = system_.unknowns;
-    oneapi::tbb::parallel_for(int64_t{0}, NodeSumBlocks(node_count_), [&](int64_t block) {
+  void ForBlocks(int64_t node_count, const Body& body) const {
+    oneapi::tbb::parallel_for(int64_t{0}, NodeSumBlocks(node_count), [&](int64_t block) {
       if (run_.ShouldStop()) return;
-      body(block, block * kNodesPerSum * unknowns,
-           std::min(node_count_, (block + 1) * kNodesPerSum) * unknowns);
+      body(block, block * kNodesPerSum, std::min(node_count, (block + 1) * kNodesPerSum));
+    });
+  }
+  // The same for the unknowns of the nodes.
+  template <class Body>
+  void ForUnknowns(int64_t node_count, const Body& body) const {
+    const int64_t unknowns = system_.unknowns;
+    ForBlocks(node_count, [&](int64_t block, int64_t begin, int64_t end) {
+      body(block, begin * unknowns, end * unknowns);
     });
   }
   // Of block_sum(first unknown, end of the unknowns), combined in order.
   template <class BlockSum>
-  double Sum(const BlockSum& block_sum) {
-    ForBlocks([&](int64_t block, int64_t begin, int64_t end) {
-      block_sums_[block] = block_sum(begin, end);
+  double Sum(int64_t node_count, const BlockSum& block_sum) const {
+    std::vector<double> block_sums(NodeSumBlocks(node_count));
+    ForUnknowns(node_count, [&](int64_t block, int64_t begin, int64_t end) {
+      block_sums[block] = block_sum(begin, end);
     });
     double sum = 0;
-    for (const double s : block_sums_) sum += s;
+    for (const double s : block_sums) sum += s;
     return sum;
   }
   void Apply(int pass, const float* x) {
-    ForBlocks([&](int64_t, int64_t begin, int64_t end) {
-      system_.apply(pass, begin / system_.unknowns, end / system_.unknowns, x, product_.data());
+    ForBlocks(node_count_, [&](int64_t, int64_t begin, int64_t end) {
+      system_.apply(pass, begin, end, x, product_.data());
+    });
+  }
+  void Complete(const float* right_side, float* x) const {
+    if (system_.completed_count == 0) return;
+    ForBlocks(system_.completed_count, [&](int64_t, int64_t begin, int64_t end) {
+      system_.complete(begin, end, right_side, x);
     });
   }
 
@@ -185,8 +201,9 @@ class Solve {
   const std::vector<float> inverse_diagonal_;
   const float* inverse_;
   float* x_;
-  std::vector<float> residual_, direction_, product_;
-  std::vector<double> block_sums_;
+  std::vector<float> residual_;
+  std::vector<float> direction_;  // with room for what follows from it
+  std::vector<float> product_;
 };
 
 absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<float>& rhs,
@@ -206,6 +223,7 @@ absl::StatusOr<int> SolveOnCpu(const LinearSystem& system, const std::vector<flo
     solve.MoveAndTurn(step, static_cast<float>(next_norm / norm));
     norm = next_norm;
   }
+  solve.CompleteSolution();
   if (const absl::Status status = run.CheckStop(); !status.ok()) return status;
   return iteration;
 }

@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "base/vector_lanes.h"
-#include "fields/conjugate_gradient.h"
 #include "fields/octahedral_group.h"
 
 namespace amhex::fields {
@@ -23,14 +22,19 @@ AMHEX_LANES_INLINE AxisLanes LoadAxes(const float* from) {
   const AxisLanes lanes = {from[0], from[1], from[2], 0};
   return lanes;
 }
-// Reads kReadableBeyond numbers beyond the six.
-static_assert(kReadableBeyond * sizeof(float) + 6 * sizeof(float) == sizeof(PhaseLanes));
-AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) { return LoadFloats(from); }
+// Of the six numbers of a node: others may be written at the same time.
+using FourOfPhases __attribute__((aligned(alignof(float)))) =
+    float __attribute__((vector_size(16)));
+using TwoOfPhases __attribute__((aligned(alignof(float)))) = float __attribute__((vector_size(8)));
+AMHEX_LANES_INLINE PhaseLanes LoadPhases(const float* from) {
+  const FourOfPhases low = *reinterpret_cast<const FourOfPhases*>(from);
+  const TwoOfPhases two = *reinterpret_cast<const TwoOfPhases*>(from + 4);
+  const FourOfPhases high = __builtin_shufflevector(two, two, 0, 1, -1, -1);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, -1, -1);
+}
 AMHEX_LANES_INLINE void StorePhases(const PhaseLanes& lanes, float* to) {
-  using Four __attribute__((aligned(alignof(float)))) = float __attribute__((vector_size(16)));
-  using Two __attribute__((aligned(alignof(float)))) = float __attribute__((vector_size(8)));
-  *reinterpret_cast<Four*>(to) = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3);
-  *reinterpret_cast<Two*>(to + 4) = __builtin_shufflevector(lanes, lanes, 4, 5);
+  *reinterpret_cast<FourOfPhases*>(to) = __builtin_shufflevector(lanes, lanes, 0, 1, 2, 3);
+  *reinterpret_cast<TwoOfPhases*>(to + 4) = __builtin_shufflevector(lanes, lanes, 4, 5);
 }
 
 // Calls body(i) for i in [begin, end), a body that works with lanes.

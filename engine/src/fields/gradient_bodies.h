@@ -7,19 +7,21 @@
 #include "base/platform.h"
 #include "base/sine_of_turns.h"
 #include "fields/gradient_task.h"
+#include "fields/node_order.h"
 #include "fields/ordered_total.h"
 #include "fields/phase_bodies.h"
 #include "fields/sum_blocks.h"
 
 namespace amhex::fields {
 
-// Places in the array of counts; the first four turn zero when the solve ends.
+// Places in the array of counts; all but the last turn zero when the solve ends.
 inline constexpr int kLiveUnknowns = 0;
 inline constexpr int kLiveNodes = 1;
-inline constexpr int kLiveSums = 2;  // interleaved partial sums
-inline constexpr int kIsLive = 3;
-inline constexpr int kIterationsDone = 4;
-inline constexpr int kCountsSize = 5;
+inline constexpr int kLiveOthers = 2;  // nodes that are not solved for
+inline constexpr int kLiveSums = 3;    // interleaved partial sums
+inline constexpr int kIsLive = 4;
+inline constexpr int kIterationsDone = 5;
+inline constexpr int kCountsSize = 6;
 // Places in the array of numbers.
 inline constexpr int kNorm = 0;
 inline constexpr int kGoal = 1;
@@ -37,6 +39,15 @@ struct ApplyBody {
   AMHEX_HD void operator()(int64_t node) const {
     matrix.Apply(pass, node, x.data, scratch.data, product.data);
   }
+};
+
+// Of a matrix that completes; one element per node that is not solved for.
+template <class Operator>
+struct CompleteBody {
+  Operator matrix;
+  ArrayView<const float> right_side;  // empty: zeros
+  ArrayView<float> x;
+  AMHEX_HD void operator()(int64_t i) const { matrix.Complete(i, right_side.data, x.data); }
 };
 
 // Terms of sums, in double precision.
@@ -165,48 +176,51 @@ struct InvertDiagonalBody {
 };
 
 // The turns of a PhaseOperator along the edges ahead, and how many edges there are. One element per
-// node.
+// number of the order.
 struct TurnEdgesBody {
-  NodeLinks links;
+  NodeLinks links;  // in the order
+  NodeOrder order;
   ArrayView<const float> increments;  // [node][d][axis]
-  ArrayView<float> turns;             // likewise, cosine and sine
-  ArrayView<uint8_t> edge_count;
-  AMHEX_HD void operator()(int64_t node) const {
+  ArrayView<float> turns;             // [number][d][axis] cosine and sine
+  ArrayView<uint8_t> edge_count;      // [number]
+  AMHEX_HD void operator()(int64_t number) const {
+    const float* const of_node = increments.data + int64_t{9} * order.node_of[number];
     int edges = 0;
     for (int d = 0; d < 3; ++d) {
-      if (links.Behind(node, d) >= 0) ++edges;
-      const bool is_edge = links.Ahead(node, d) >= 0;
+      if (links.Behind(number, d) >= 0) ++edges;
+      const bool is_edge = links.Ahead(number, d) >= 0;
       if (is_edge) ++edges;
       for (int a = 0; a < 3; ++a) {
-        const int64_t at = PhaseOperator::Turn(node, d, a);
-        const CosineAndSine turn = is_edge ? OfTurns(increments[at / 2]) : CosineAndSine();
+        const int64_t at = PhaseOperator::Turn(number, d, a);
+        const CosineAndSine turn = is_edge ? OfTurns(of_node[3 * d + a]) : CosineAndSine();
         turns[at] = static_cast<float>(turn.cosine);
         turns[at + 1] = static_cast<float>(turn.sine);
       }
     }
-    edge_count[node] = static_cast<uint8_t>(edges);
+    edge_count[number] = static_cast<uint8_t>(edges);
   }
 };
 
-// Into arrays of all nodes that are zero elsewhere.
+// Into arrays of all numbers of the order that are zero elsewhere.
 struct SpreadWishesBody {
   HullWishes hull;
-  ArrayView<float> weight;  // [node][axis]
+  NodeOrder order;
+  ArrayView<float> weight;  // [number][axis]
   ArrayView<float> target;  // [unknown]
   AMHEX_HD void operator()(int64_t k) const {
-    const int64_t node = hull.nodes[k];
-    for (int a = 0; a < 3; ++a) weight[3 * node + a] = hull.weights[3 * k + a];
-    for (int u = 0; u < 6; ++u) target[6 * node + u] = hull.targets[6 * k + u];
+    const int64_t number = order.number_of[hull.nodes[k]];
+    for (int a = 0; a < 3; ++a) weight[3 * number + a] = hull.weights[3 * k + a];
+    for (int u = 0; u < 6; ++u) target[6 * number + u] = hull.targets[6 * k + u];
   }
 };
 
 // What a solve has left before its first iteration.
 struct BeginCountsBody {
-  int64_t unknowns, nodes, sums;
+  int64_t unknowns, nodes, others, sums;
   ArrayView<int64_t> counts;
   AMHEX_HD void operator()(int64_t /*index*/) const {
-    counts[kLiveUnknowns] = unknowns, counts[kLiveNodes] = nodes, counts[kLiveSums] = sums;
-    counts[kIsLive] = 1, counts[kIterationsDone] = 0;
+    counts[kLiveUnknowns] = unknowns, counts[kLiveNodes] = nodes, counts[kLiveOthers] = others;
+    counts[kLiveSums] = sums, counts[kIsLive] = 1, counts[kIterationsDone] = 0;
   }
 };
 

@@ -210,7 +210,7 @@ class SitesOfLattice {
   // What the solves take is gone when this returns.
   Array<float> SolvePhases() {
     PhaseSolve<E> phases(executor_, task_.course, count_);
-    return phases.Run(links_, [this] { return MakeDemands(); });
+    return phases.Run(nodes_.keys, links_, [this] { return MakeDemands(); });
   }
 
   bool FindSites(Array<float> x) {

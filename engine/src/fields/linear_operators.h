@@ -1,6 +1,15 @@
 // The matrices of the fields' least-squares systems, one node at a time: what a device applies. On
 // the host their systems do the same operations in lanes (size_field.cpp, lattice_form.cpp,
 // phase_field.cpp); the products are equal to the bit.
+//
+// Where all that couples nodes are edges of the grid, even nodes (node_order.h) are coupled with
+// odd ones only. Then the odd ones' numbers follow from the even ones', and the system that is left
+// for these is solved: half the unknowns, half the iterations (Reid 1972). Such a matrix has, by
+// number:
+//   int64_t solved_count(int64_t node_count) const;  how many are solved for, the first ones
+//   void Complete(int64_t i, const float* right_side, float* x) const;  sets the i-th of the others
+//     for this right side, or for zeros where it is null
+// and Apply is asked for the first ones, of an x that is complete.
 #pragma once
 
 #include <array>
@@ -52,11 +61,13 @@ struct SizeOperator {
   static constexpr int kUnknowns = 3;  // per slot
   static constexpr int kScratch = 0;
   static constexpr int kPasses = 1;
+  static constexpr bool kCompletes = false;
   static constexpr int kWeights = 9;
   NodeLinks links;
   ArrayView<const float> weights;  // by slot [d][axis]
   float regularization = 0;
 
+  AMHEX_HD int64_t solved_count(int64_t node_count) const { return node_count; }
   template <class Visit>
   void VisitArrays(const Visit& visit) {
     links.VisitArrays(visit), visit(weights);
@@ -108,12 +119,14 @@ struct ClosureOperator {
   static constexpr int kUnknowns = 9;
   static constexpr int kScratch = 9;
   static constexpr int kPasses = 2;
+  static constexpr bool kCompletes = false;
   NodeLinks links;
   ArrayView<const uint8_t> is_regular;  // [cube][d] bit per slot: its square d
   ArrayView<const uint8_t> follows;  // [cube][d][axis] bit per slot: that number follows the hull
   float weight = 0;                  // K
   float hull_weight = 0;             // W of numbers that follow the hull; the others' is 1
 
+  AMHEX_HD int64_t solved_count(int64_t node_count) const { return node_count; }
   template <class Visit>
   void VisitArrays(const Visit& visit) {
     links.VisitArrays(visit), visit(is_regular), visit(follows);
@@ -180,21 +193,21 @@ struct PhaseNumber {
   float real = 0, imaginary = 0;
 };
 
-// One complex number per axis, real part first, turned along the grid's edges.
+// One complex number per axis, real part first, turned along the grid's edges. Nodes are in their
+// order (node_order.h), the even ones first.
 struct PhaseOperator {
   static constexpr int kUnknowns = 6;
   static constexpr int kScratch = 0;
   static constexpr int kPasses = 1;
+  static constexpr bool kCompletes = true;
   NodeLinks links;
   ArrayView<const float> turns;         // [node_count][d][axis] cosine, sine
   ArrayView<const uint8_t> edge_count;  // [node_count]
   ArrayView<const float> hull_weight;   // [node_count][axis]
   float pull = 0;
+  int64_t even_count = 0;
 
-  template <class Visit>
-  void VisitArrays(const Visit& visit) {
-    links.VisitArrays(visit), visit(turns), visit(edge_count), visit(hull_weight);
-  }
+  AMHEX_HD int64_t solved_count(int64_t /*node_count*/) const { return even_count; }
 
   AMHEX_HD static int64_t Place(int64_t i, int unknown) { return kUnknowns * i + unknown; }
   // Of the matrix; both numbers of a phase have the same.
@@ -225,25 +238,39 @@ struct PhaseOperator {
     const float sine = turns[Turn(j, d, b) + 1];
     return {psi[0] * cosine + psi[1] * -sine, renaming.sign[b] * (psi[1] * cosine + psi[0] * sine)};
   }
+  AMHEX_HD void Complete(int64_t odd, const float* right_side, float* x) const {
+    const int64_t i = even_count + odd;
+    for (int a = 0; a < 3; ++a) {
+      const int64_t at = Place(i, 2 * a);
+      PhaseNumber sum = SumOfNeighbours(i, a, x);
+      if (right_side != nullptr) sum.real += right_side[at], sum.imaginary += right_side[at + 1];
+      const float own = Diagonal(i, 2 * a);
+      x[at] = sum.real / own, x[at + 1] = sum.imaginary / own;
+    }
+  }
   AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
       const float own = Diagonal(i, 2 * a);
       const int64_t at = Place(i, 2 * a);
-      float real = own * x[at], imaginary = own * x[at + 1];
-      for (int d = 0; d < 3; ++d) {
-        if (links.Ahead(i, d) >= 0) {
-          const PhaseNumber there = FromAhead(i, d, a, x);
-          real -= there.real, imaginary -= there.imaginary;
-        }
-        if (links.Behind(i, d) >= 0) {
-          const PhaseNumber there = FromBehind(i, d, a, x);
-          real -= there.real, imaginary -= there.imaginary;
-        }
-      }
-      product[at] = real;
-      product[at + 1] = imaginary;
+      const PhaseNumber sum = SumOfNeighbours(i, a, x);
+      product[at] = own * x[at] - sum.real;
+      product[at + 1] = own * x[at + 1] - sum.imaginary;
     }
+  }
+
+ private:
+  // Of what they say that number `axis` of node i is.
+  AMHEX_HD PhaseNumber SumOfNeighbours(int64_t i, int axis, const float* x) const {
+    PhaseNumber sum;
+    const auto add = [&sum](const PhaseNumber& there) {
+      sum.real += there.real, sum.imaginary += there.imaginary;
+    };
+    for (int d = 0; d < 3; ++d) {
+      if (links.Ahead(i, d) >= 0) add(FromAhead(i, d, axis, x));
+      if (links.Behind(i, d) >= 0) add(FromBehind(i, d, axis, x));
+    }
+    return sum;
   }
 };
 

@@ -8,6 +8,7 @@
 #include "fields/frame_lanes.h"
 #include "fields/gradient_bodies.h"
 #include "fields/node_links.h"
+#include "fields/owned_node_order.h"
 #include "fields/phase_seeds.h"
 
 namespace amhex::fields {
@@ -18,25 +19,27 @@ constexpr PhaseLanes kMinusReal = {-1, 1, -1, 1, -1, 1, -1, 1};
 
 // Complex numbers psi = exp(2 pi i phase), one per node and axis, stored as pairs of floats.
 // Energy: sum over edges |psi_i e^{2 pi i increment} - psi_j|^2 (conjugated where the axes oppose)
-// plus hull weight |psi - target|^2 plus pull |psi|^2.
+// plus hull weight |psi - target|^2 plus pull |psi|^2. Nodes go by their numbers in the order.
 class PhaseSystem {
  public:
-  PhaseSystem(const NodeLinks& links, const PhaseDemands& demands, const RunContext& run)
-      : links_(links), count_(links.codes.size / 3), run_(run) {
-    turns_.resize(kTurns * (count_ + 1));  // the last is read beyond its end
+  PhaseSystem(const OwnedNodeOrder& order, const PhaseDemands& demands, const RunContext& run)
+      : links_(order.Links()),
+        count_(links_.codes.size / 3),
+        even_count_(order.View().even_count),
+        run_(run) {
+    turns_.resize(kTurns * count_);
     edge_count_.resize(count_);
     hull_weight_.assign(3 * count_, 0.0F);
     hull_target_.assign(6 * count_, 0.0F);
     ForEach(run, count_,
-            TurnEdgesBody{links,
-                          demands.increments,
-                          {turns_.data(), kTurns * count_},
-                          {edge_count_.data(), count_}});
-    ForEach(
-        run, demands.hull.nodes.size,
-        SpreadWishesBody{
-            demands.hull, {hull_weight_.data(), 3 * count_}, {hull_target_.data(), 6 * count_}});
+            TurnEdgesBody{links_, order.View(), demands.increments, WritableViewOf(turns_),
+                          WritableViewOf(edge_count_)});
+    ForEach(run, demands.hull.nodes.size,
+            SpreadWishesBody{demands.hull, order.View(), WritableViewOf(hull_weight_),
+                             WritableViewOf(hull_target_)});
   }
+
+  int64_t odd_count() const { return count_ - even_count_; }
 
   void SetPull(float pull) { pull_ = pull; }
 
@@ -52,32 +55,26 @@ class PhaseSystem {
     return inverse;
   }
 
-  // For the nodes from `begin` to `end`.
+  // For the even nodes from `begin` to `end`.
   void Apply(int64_t begin, int64_t end, const float* from, float* to) const {
     ForEachInLanes(begin, end, [&](int64_t i) {
-      const AxisLanes weight =
-          static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
-      PhaseLanes sum = __builtin_shufflevector(weight, weight, 0, 0, 1, 1, 2, 2, 3, 3) *
-                       LoadPhases(from + 6 * i);
-      for (int d = 0; d < 3; ++d) {
-        if (const int64_t j = links_.Ahead(i, d); j >= 0) {
-          sum -= FromForward(LoadPhases(from + 6 * j), i, d);
-        }
-        if (const int64_t j = links_.Behind(i, d); j >= 0) {
-          sum -= FromBackward(LoadPhases(from + 6 * j), j, d);
-        }
-      }
-      StorePhases(sum, to + 6 * i);
+      StorePhases(OwnWeight(i) * LoadPhases(from + 6 * i) - SumOfNeighbours(i, from), to + 6 * i);
+    });
+  }
+
+  // Sets the odd nodes from `begin` to `end`; a right side of null is zero.
+  void Complete(int64_t begin, int64_t end, const float* right_side, float* x) const {
+    ForEachInLanes(even_count_ + begin, even_count_ + end, [&](int64_t i) {
+      PhaseLanes sum = SumOfNeighbours(i, x);
+      if (right_side != nullptr) sum += LoadPhases(right_side + 6 * i);
+      StorePhases(sum / OwnWeight(i), x + 6 * i);
     });
   }
 
   // The same one node at a time, on this system's arrays.
   PhaseOperator Matrix() const {
-    return {links_,
-            {turns_.data(), kTurns * count_},
-            ArrayViewOf(edge_count_),
-            ArrayViewOf(hull_weight_),
-            pull_};
+    return {links_, ArrayViewOf(turns_), ArrayViewOf(edge_count_), ArrayViewOf(hull_weight_),
+            pull_,  even_count_};
   }
 
   // Hull targets, plus the pull towards the unit numbers in the direction of x.
@@ -92,6 +89,27 @@ class PhaseSystem {
 
  private:
   static constexpr int64_t kTurns = 18;  // numbers per node
+
+  // Twice per axis; the lanes that are not used are not divided by zero.
+  AMHEX_LANES_INLINE PhaseLanes OwnWeight(int64_t i) const {
+    const AxisLanes weight =
+        static_cast<float>(edge_count_[i]) + LoadAxes(hull_weight_.data() + 3 * i) + pull_;
+    return __builtin_shufflevector(weight, weight, 0, 0, 1, 1, 2, 2, 3, 3);
+  }
+
+  // Of what they say that the numbers of node i are.
+  AMHEX_LANES_INLINE PhaseLanes SumOfNeighbours(int64_t i, const float* from) const {
+    PhaseLanes sum{};
+    for (int d = 0; d < 3; ++d) {
+      if (const int64_t j = links_.Ahead(i, d); j >= 0) {
+        sum += FromForward(LoadPhases(from + 6 * j), i, d);
+      }
+      if (const int64_t j = links_.Behind(i, d); j >= 0) {
+        sum += FromBackward(LoadPhases(from + 6 * j), j, d);
+      }
+    }
+    return sum;
+  }
 
   // psi times e^{i turn}, or e^{-i turn} with the opposite signs.
   AMHEX_LANES_INLINE static PhaseLanes Turned(const PhaseLanes& psi, const float* turns,
@@ -127,10 +145,10 @@ class PhaseSystem {
   }
 
   const NodeLinks links_;
-  const int64_t count_;
+  const int64_t count_, even_count_;
   const RunContext& run_;
   const std::array<LaneRotation, kRotationCount>& rotations_ = LaneRotations();
-  std::vector<float> turns_;  // [node][d][axis] cosine, sine; and room for a load
+  std::vector<float> turns_;  // [node][d][axis] cosine, sine
   std::vector<uint8_t> edge_count_;
   std::vector<float> hull_weight_;  // [3 * node + axis]
   std::vector<float> hull_target_;  // weight times target
@@ -180,6 +198,10 @@ class PhaseSolver {
     system.apply = [this](int /*pass*/, int64_t begin, int64_t end, const float* from,
                           float* product) { phases_.Apply(begin, end, from, product); };
     system.inverse_diagonal = [this] { return phases_.InverseDiagonal(); };
+    system.completed_count = phases_.odd_count();
+    system.complete = [this](int64_t begin, int64_t end, const float* right_side, float* of) {
+      phases_.Complete(begin, end, right_side, of);
+    };
     return SolveConjugateGradient(system, rhs, {limits.max_iterations, limits.tolerance}, run_, x)
         .status();
   }
@@ -228,15 +250,21 @@ absl::StatusOr<std::vector<Vec3d>> SolvePhaseField(const BackgroundGrid& grid,
                                                    const ProgressSlice& slice) {
   const RunContext& run = slice.run();
   const HullNodes at_hull = grid.fine().at_hull.View();
-  std::vector<float> x(6 * grid.count(), 0.0F);
+  std::vector<float> x;
   {
     const OwnedLinks links(grid.fine(), codes, run);
+    const OwnedNodeOrder order(grid.Cells().keys, links.View(), run);
     const OwnedWishes wishes = FindWishes(at_hull, grid, form, settings.hull_weight, run);
     PhaseSystem phases(
-        links.View(),
-        {{&form.increments.data()->data()->x, kIncrements * grid.count()}, wishes.view}, run);
-    const absl::Status status = PhaseSolver(phases, run).Solve(CourseOf(settings, slice), &x);
+        order, {{&form.increments.data()->data()->x, kIncrements * grid.count()}, wishes.view},
+        run);
+    std::vector<float> by_number(6 * grid.count(), 0.0F);
+    const absl::Status status =
+        PhaseSolver(phases, run).Solve(CourseOf(settings, slice), &by_number);
     if (!status.ok()) return status;
+    x.resize(by_number.size());
+    ForEach(run, grid.count(),
+            OfNodesBody{order.View(), ArrayViewOf(by_number), WritableViewOf(x)});
   }
   std::vector<Vec3d> positions(grid.count());
   const ArrayView<Vec3d> places{positions.data(), grid.count()};

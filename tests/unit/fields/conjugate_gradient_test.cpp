@@ -45,6 +45,56 @@ TEST(ConjugateGradient, GivesTheSameBitsOnOneAndOnFourThreads) {
   EXPECT_EQ(SolveChain(1), SolveChain(4));
 }
 
+// The same chain with its springs' even ends before the odd ones, which follow from them.
+constexpr int kEven = (kUnknowns + 1) / 2;
+int EndOf(int number) { return number < kEven ? 2 * number : 2 * (number - kEven) + 1; }
+int NumberOf(int end) { return end % 2 == 0 ? end / 2 : kEven + end / 2; }
+float SumBeside(int number, const float* x) {
+  const int end = EndOf(number);
+  return (end > 0 ? x[NumberOf(end - 1)] : 0) + (end + 1 < kUnknowns ? x[NumberOf(end + 1)] : 0);
+}
+LinearSystem HalvedChain() {
+  LinearSystem system = Chain();
+  system.apply = [](int /*pass*/, int64_t begin, int64_t end, const float* x, float* product) {
+    for (auto i = static_cast<int>(begin); i < end; ++i) {
+      product[i] = 2.1F * x[i] - SumBeside(i, x);
+    }
+  };
+  system.completed_count = kUnknowns - kEven;
+  system.complete = [](int64_t begin, int64_t end, const float* right_side, float* x) {
+    for (auto i = static_cast<int>(kEven + begin); i < kEven + end; ++i) {
+      x[i] = ((right_side != nullptr ? right_side[i] : 0) + SumBeside(i, x)) / 2.1F;
+    }
+  };
+  return system;
+}
+
+TEST(ConjugateGradient, SolvesForHalfOfWhatIsCoupledWithTheOtherHalfOnlyInHalfTheIterations) {
+  const RunContext run;
+  std::vector<float> rhs(kUnknowns), of_halves(kUnknowns);
+  for (int i = 0; i < kUnknowns; ++i) {
+    rhs[i] = static_cast<float>(i % 17);
+    of_halves[NumberOf(i)] = rhs[i];
+  }
+  std::vector<float> x, halved;
+  const auto whole = SolveConjugateGradient(Chain(), rhs, {1000, 1e-5}, run, &x);
+  const auto half = SolveConjugateGradient(HalvedChain(), of_halves, {1000, 1e-5}, run, &halved);
+  ASSERT_TRUE(whole.ok() && half.ok());
+  EXPECT_NEAR(*half, *whole / 2.0, 2);
+  for (int i = 0; i < kUnknowns; ++i) EXPECT_NEAR(halved[NumberOf(i)], x[i], 0.01);
+}
+
+TEST(ConjugateGradient, WhatFollowsIsThereWhereNothingIsLeftToSolve) {
+  const RunContext run;
+  std::vector<float> of_halves(kUnknowns, 0.0F), x;
+  const auto none = SolveConjugateGradient(HalvedChain(), of_halves, {0, 1e-5}, run, &x);
+  of_halves[kEven] = 2.1F;
+  x.clear();
+  const auto of_one = SolveConjugateGradient(HalvedChain(), of_halves, {0, 1e-5}, run, &x);
+  ASSERT_TRUE(none.ok() && of_one.ok());
+  EXPECT_EQ(x[kEven], 1.0F);
+}
+
 TEST(ConjugateGradient, LeavesAnExactSolutionAlone) {
   const RunContext run;
   std::vector<float> x(kUnknowns, 0.0F);
