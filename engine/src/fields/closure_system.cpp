@@ -19,7 +19,7 @@ template <int kAxis>
 AMHEX_LANES_INLINE void TakeAhead(const NodeSlots& slots, const float* x, int64_t cube,
                                   LanesBeside& ahead) {
   const float* own = x + kCubeSize * cube;
-  const float* next = slots.Beside(NodeSlots::Side::kAhead, kAxis, cube, x, kUnknowns);
+  const float* next = slots.Beside(NodeSlots::Side::kAhead, kAxis, cube, x, kCubeSize);
   for (int k = 0; k < 2; ++k) {
     const int64_t at = kCubeSlots * 3 * ((kAxis + 1 + k) % 3);
     for (int a = 0; a < 3; ++a) {
@@ -35,7 +35,7 @@ template <int kAxis>
 AMHEX_LANES_INLINE void TakeBehind(const NodeSlots& slots, const float* curls, int64_t cube,
                                    LanesBeside& behind) {
   const float* own = curls + kCubeSize * cube;
-  const float* previous = slots.Beside(NodeSlots::Side::kBehind, kAxis, cube, curls, kUnknowns);
+  const float* previous = slots.Beside(NodeSlots::Side::kBehind, kAxis, cube, curls, kCubeSize);
   for (int k = 0; k < 2; ++k) {
     const int64_t at = kCubeSlots * 3 * ((kAxis + 2 * k) % 3);
     for (int a = 0; a < 3; ++a) {

@@ -38,6 +38,24 @@ AMHEX_HD constexpr int64_t PlaceInCube(int64_t slot, int count, int which) {
   return slot / kCubeSlots * (kCubeSlots * count) + which * kCubeSlots + slot % kCubeSlots;
 }
 
+// Slots numbered anew for a matrix that completes: the even ones (node_order.h) of all cubes, four
+// to a cube, then the odd ones. In the order of their cube's lanes the even ones are the lanes 0,
+// 3, 5 and 6, the odd ones 1, 2, 4 and 7.
+inline constexpr int64_t kHalfSlots = kCubeSlots / 2;
+AMHEX_HD constexpr int64_t IsOddLane(int64_t lane) { return (lane ^ lane >> 1 ^ lane >> 2) & 1; }
+AMHEX_HD constexpr int64_t NumberOfSlot(int64_t slot, int64_t even_count) {
+  return slot / 2 + (IsOddLane(slot % kCubeSlots) != 0 ? even_count : 0);
+}
+AMHEX_HD constexpr int64_t SlotOfNumber(int64_t number, int64_t even_count) {
+  const int64_t is_odd = number < even_count ? 0 : 1;
+  const int64_t pair = number - is_odd * even_count;
+  return 2 * pair + (is_odd ^ IsOddLane(2 * (pair % kHalfSlots)));
+}
+// Where number `which` of such a slot is, out of `count`.
+AMHEX_HD constexpr int64_t PlaceInHalf(int64_t number, int count, int which) {
+  return number / kHalfSlots * (kHalfSlots * count) + which * kHalfSlots + number % kHalfSlots;
+}
+
 // Who is next to whom along the grid's axes, and how the axes are called there.
 struct NodeLinks {
   ArrayView<const int32_t> neighbours;      // [node_count][6] along +x +y +z -x -y -z, -1 = none
@@ -55,61 +73,74 @@ struct NodeLinks {
   }
 };
 
-// One number per axis: weights times differences along the grid's edges. On slots; neighbours that
-// are none count as zeros of no weight, as where eight slots are dealt with at a time.
+// One number per axis: weights times differences along the grid's edges. On slots by their numbers;
+// neighbours that are none count as zeros of no weight, as where four slots are dealt with at a
+// time.
 struct SizeOperator {
   static constexpr int kUnknowns = 3;  // per slot
   static constexpr int kScratch = 0;
   static constexpr int kPasses = 1;
-  static constexpr bool kCompletes = false;
+  static constexpr bool kCompletes = true;
   static constexpr int kWeights = 9;
-  NodeLinks links;
-  ArrayView<const float> weights;  // by slot [d][axis]
+  NodeLinks links;                 // between slots
+  ArrayView<const float> weights;  // [d][axis] of the edges ahead
   float regularization = 0;
 
-  AMHEX_HD int64_t solved_count(int64_t node_count) const { return node_count; }
   template <class Visit>
   void VisitArrays(const Visit& visit) {
     links.VisitArrays(visit), visit(weights);
   }
 
-  AMHEX_HD void Apply(int /*pass*/, int64_t i, const float* x, float* /*scratch*/,
+  AMHEX_HD int64_t even_count() const { return links.codes.size / 3 / 2; }
+  AMHEX_HD int64_t solved_count(int64_t /*node_count*/) const { return even_count(); }
+
+  AMHEX_HD static int64_t Place(int64_t number, int unknown) {
+    return PlaceInHalf(number, kUnknowns, unknown);
+  }
+  // Of the matrix; the sum of the weights at a slot, in the order of the host's.
+  AMHEX_HD float Diagonal(int64_t number, int axis) const {
+    return OfNeighbours(number, axis, nullptr).weight;
+  }
+  AMHEX_HD void Complete(int64_t odd, const float* right_side, float* x) const {
+    const int64_t number = even_count() + odd;
+    for (int a = 0; a < 3; ++a) {
+      Sums sums = OfNeighbours(number, a, x);
+      if (right_side != nullptr) sums.weighted += right_side[Place(number, a)];
+      x[Place(number, a)] = sums.weighted / sums.weight;
+    }
+  }
+  AMHEX_HD void Apply(int /*pass*/, int64_t number, const float* x, float* /*scratch*/,
                       float* product) const {
     for (int a = 0; a < 3; ++a) {
-      const float own = x[PlaceInCube(i, kUnknowns, a)];
-      float sum = regularization * own;
-      for (int d = 0; d < 3; ++d) {
-        float weight = 0, other = 0;
-        if (const int64_t j = links.Ahead(i, d); j >= 0) {
-          weight = weights[PlaceInCube(i, kWeights, 3 * d + a)];
-          other = x[PlaceInCube(j, kUnknowns, links.RenamingAt(i, d).source[a])];
-        }
-        sum += weight * (own - other);
-        weight = other = 0;
-        if (const int64_t j = links.Behind(i, d); j >= 0) {
-          const int b = links.RenamingAt(j, d).inverse[a];
-          weight = weights[PlaceInCube(j, kWeights, 3 * d + b)];
-          other = x[PlaceInCube(j, kUnknowns, b)];
-        }
-        sum += weight * (own - other);
-      }
-      product[PlaceInCube(i, kUnknowns, a)] = sum;
+      const Sums sums = OfNeighbours(number, a, x);
+      product[Place(number, a)] = sums.weight * x[Place(number, a)] - sums.weighted;
     }
   }
 
-  AMHEX_HD static int64_t Place(int64_t i, int unknown) {
-    return PlaceInCube(i, kUnknowns, unknown);
-  }
-  // Of the matrix; the sum of the weights at `i`, in the order of the host's.
-  AMHEX_HD float Diagonal(int64_t i, int axis) const {
-    float sum = regularization;
+ private:
+  struct Sums {
+    float weight = 0;    // and the regularization
+    float weighted = 0;  // numbers of the neighbours times their weights; none of no x
+  };
+  AMHEX_HD Sums OfNeighbours(int64_t number, int axis, const float* x) const {
+    const int64_t slot = SlotOfNumber(number, even_count());
+    Sums sums{regularization, 0};
+    const auto add = [&](float weight, int64_t other, int of_other) {
+      sums.weight += weight;
+      if (x != nullptr) sums.weighted += weight * x[Place(other, of_other)];
+    };
     for (int d = 0; d < 3; ++d) {
-      if (links.Ahead(i, d) >= 0) sum += weights[PlaceInCube(i, kWeights, 3 * d + axis)];
-      if (const int64_t j = links.Behind(i, d); j >= 0) {
-        sum += weights[PlaceInCube(j, kWeights, 3 * d + links.RenamingAt(j, d).inverse[axis])];
+      if (const int64_t j = links.Ahead(slot, d); j >= 0) {
+        add(weights[PlaceInHalf(number, kWeights, 3 * d + axis)], NumberOfSlot(j, even_count()),
+            links.RenamingAt(slot, d).source[axis]);
+      }
+      if (const int64_t j = links.Behind(slot, d); j >= 0) {
+        const int64_t other = NumberOfSlot(j, even_count());
+        const int b = links.RenamingAt(j, d).inverse[axis];
+        add(weights[PlaceInHalf(other, kWeights, 3 * d + b)], other, b);
       }
     }
-    return sum;
+    return sums;
   }
 };
 

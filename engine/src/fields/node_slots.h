@@ -43,11 +43,12 @@ class NodeSlots {
     const Renamings& all = renamings_[static_cast<size_t>(side)];
     return {all.edges.data() + all.first[cube], all.edges.data() + all.first[cube + 1]};
   }
-  // The numbers of the cube beside `cube` along `axis` in an array of so many per slot; zeros where
+  // The numbers of the cube beside `cube` along `axis` in an array of so many per cube; zeros where
   // there is none.
-  const float* Beside(Side side, int axis, int64_t cube, const float* array, int unknowns) const {
+  const float* Beside(Side side, int axis, int64_t cube, const float* array,
+                      int64_t per_cube) const {
     const int64_t other = beside_[cube][3 * static_cast<size_t>(side) + static_cast<size_t>(axis)];
-    return other < 0 ? kNothing.data() : array + kCubeSlots * unknowns * other;
+    return other < 0 ? kNothing.data() : array + per_cube * other;
   }
 
  private:
@@ -55,7 +56,7 @@ class NodeSlots {
     std::vector<int32_t> first;  // [cube_count + 1]
     std::vector<RenamedEdge> edges;
   };
-  // Room for the most numbers per slot that any matrix has.
+  // Room for the most numbers per cube that any matrix has.
   static constexpr std::array<float, kCubeSlots * ClosureOperator::kUnknowns> kNothing{};
 
   void LinkCubes(const GridLevel& level);

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "fields/conjugate_gradient.h"
+#include "fields/half_lanes.h"
 #include "fields/node_slots.h"
-#include "fields/slot_lanes.h"
 
 namespace amhex::fields {
 namespace {
@@ -62,6 +62,12 @@ std::array<Vec3f, 3> GradientsAt(const BackgroundGrid& grid, const std::vector<Q
   return gradients;
 }
 
+AMHEX_LANES_INLINE void ReorderLane(const std::array<int8_t, 3>& source, int lane,
+                                    HalfLanesOfCube* v) {
+  const Vec3f old = {v[0][lane], v[1][lane], v[2][lane]};
+  for (int a = 0; a < 3; ++a) v[a][lane] = old[source[a]];
+}
+
 // The sum over the grid's axis edges of w (s_a(i) - s_b(j) + mean gradient . (x_j - x_i))^2, b the
 // axis of j that a of i turns into. Axis edges only: with face diagonals the solve takes three
 // times as long and the lattices fit worse, since those are the edges the lattice form closes
@@ -79,16 +85,33 @@ class SizeSystem {
     ForEach(run, level_.count(), [&](int64_t i) { SetWeights(frames, i); });
   }
 
-  const NodeSlots& slots() const { return slots_; }
-  static int64_t Place(int64_t slot, int axis) {
-    return PlaceInCube(slot, SizeOperator::kUnknowns, axis);
-  }
+  int64_t slot_count() const { return slots_.count(); }
+  int64_t even_count() const { return slots_.count() / 2; }
+  int64_t Place(int64_t node, int axis) const { return SizeOperator::Place(NumberOf(node), axis); }
 
-  // Eight slots at a time, from slot `begin` to `end`.
+  // Four slots at a time, from even number `begin` to `end`.
   void Apply(int64_t begin, int64_t end, const float* x, float* product) const {
     RunWithWidestVectors([&] {
-      for (int64_t cube = begin / kCubeSlots; cube < end / kCubeSlots; ++cube) {
-        ApplyToCube(cube, x, product);
+      for (int64_t cube = begin / kHalfSlots; cube < end / kHalfSlots; ++cube) {
+        const Sums sums = SumsBeside<false>(cube, x);
+        for (int a = 0; a < 3; ++a) {
+          const int64_t at = kHalfSlots * (SizeOperator::kUnknowns * cube + a);
+          StoreHalf(sums.weight[a] * LoadHalf(x + at) - sums.weighted[a], product + at);
+        }
+      }
+    });
+  }
+  // The same, counted from the first odd one; a right side of null is zero.
+  void Complete(int64_t begin, int64_t end, const float* right_side, float* x) const {
+    RunWithWidestVectors([&] {
+      for (int64_t cube = begin / kHalfSlots; cube < end / kHalfSlots; ++cube) {
+        Sums sums = SumsBeside<true>(cube, x);
+        for (int a = 0; a < 3; ++a) {
+          const int64_t at = OfHalf(SizeOperator::kUnknowns, true) +
+                             kHalfSlots * (SizeOperator::kUnknowns * cube + a);
+          if (right_side != nullptr) sums.weighted[a] += LoadHalf(right_side + at);
+          StoreHalf(sums.weighted[a] / sums.weight[a], x + at);
+        }
       }
     });
   }
@@ -104,7 +127,7 @@ class SizeSystem {
     ForEach(run_, level_.count(), [&](int64_t i) {
       Vec3f diagonal = {kRegularization, kRegularization, kRegularization};
       VisitEdges(i, [&](int64_t, int a, int, float weight, int) { diagonal[a] += weight; });
-      for (int a = 0; a < 3; ++a) inverse[Place(slots_.SlotOf(i), a)] = 1 / diagonal[a];
+      for (int a = 0; a < 3; ++a) inverse[Place(i, a)] = 1 / diagonal[a];
     });
     return inverse;
   }
@@ -115,8 +138,7 @@ class SizeSystem {
       VisitEdges(i, [&](int64_t j, int a, int b, float weight, int k) {
         const int d = k % kForwardCount;
         const auto step = static_cast<float>(k == d ? spacing_ / 2 : -spacing_ / 2);
-        rhs[Place(slots_.SlotOf(i), a)] -=
-            weight * step * (gradients[i][a][d] + gradients[j][b][d]);
+        rhs[Place(i, a)] -= weight * step * (gradients[i][a][d] + gradients[j][b][d]);
       });
     });
     return rhs;
@@ -156,58 +178,84 @@ class SizeSystem {
     }
   }
 
+  int64_t NumberOf(int64_t node) const {
+    return NumberOfSlot(slots_.SlotOf(node), slots_.count() / 2);
+  }
   int64_t WeightPlace(int64_t node, int d, int axis) const {
-    return PlaceInCube(slots_.SlotOf(node), SizeOperator::kWeights, 3 * d + axis);
+    return PlaceInHalf(NumberOf(node), SizeOperator::kWeights, 3 * d + axis);
   }
   float Weight(int64_t node, int d, int axis) const { return weights_[WeightPlace(node, d, axis)]; }
 
-  // By axis: what the nodes ahead and behind have, and how much the edges weigh.
+  // Where the odd or even slots begin in an array of so many numbers per slot.
+  int64_t OfHalf(int64_t per_slot, bool is_odd) const {
+    return is_odd ? per_slot * even_count() : 0;
+  }
+
+  // By axis of the grid: what the slots ahead and behind have, and how much the edges weigh.
   struct Beside {
-    SlotLanes ahead[3][3], behind[3][3], weight_behind[3][3];
+    HalfLanesOfCube ahead[3][3], behind[3][3], weight_behind[3][3];
   };
-  template <int kAxis>
+  template <int kAxis, bool kIsOdd>
   AMHEX_LANES_INLINE void TakeBeside(int64_t cube, const float* x, Beside& beside) const {
-    constexpr int kUnknowns = SizeOperator::kUnknowns, kWeights = SizeOperator::kWeights;
-    const float* own = x + kCubeSlots * kUnknowns * cube;
-    const float* next = slots_.Beside(NodeSlots::Side::kAhead, kAxis, cube, x, kUnknowns);
-    const float* previous = slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, x, kUnknowns);
-    const float* weights = weights_.data();
+    constexpr int64_t kNumbers = kHalfSlots * SizeOperator::kUnknowns;
+    constexpr int64_t kWeights = kHalfSlots * SizeOperator::kWeights;
+    const float* others = x + OfHalf(SizeOperator::kUnknowns, !kIsOdd);
+    const float* weights = weights_.data() + OfHalf(SizeOperator::kWeights, !kIsOdd);
+    const float* next = slots_.Beside(NodeSlots::Side::kAhead, kAxis, cube, others, kNumbers);
+    const float* previous = slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, others, kNumbers);
     const float* weights_behind =
         slots_.Beside(NodeSlots::Side::kBehind, kAxis, cube, weights, kWeights);
     for (int a = 0; a < 3; ++a) {
-      const int64_t at = kCubeSlots * a, weights_at = kCubeSlots * (3 * kAxis + a);
-      const SlotLanes numbers = LoadFloats(own + at);
-      beside.ahead[kAxis][a] = OneAhead<kAxis>(numbers, LoadFloats(next + at));
-      beside.behind[kAxis][a] = OneBehind<kAxis>(numbers, LoadFloats(previous + at));
-      beside.weight_behind[kAxis][a] =
-          OneBehind<kAxis>(LoadFloats(weights + kCubeSlots * kWeights * cube + weights_at),
-                           LoadFloats(weights_behind + weights_at));
+      const int64_t at = kHalfSlots * a, weights_at = kHalfSlots * (3 * kAxis + a);
+      const HalfLanesOfCube numbers = LoadHalf(others + kNumbers * cube + at);
+      beside.ahead[kAxis][a] = HalfAhead<kAxis, kIsOdd>(numbers, LoadHalf(next + at));
+      beside.behind[kAxis][a] = HalfBehind<kAxis, kIsOdd>(numbers, LoadHalf(previous + at));
+      beside.weight_behind[kAxis][a] = HalfBehind<kAxis, kIsOdd>(
+          LoadHalf(weights + kWeights * cube + weights_at), LoadHalf(weights_behind + weights_at));
     }
   }
-  AMHEX_LANES_INLINE void ApplyToCube(int64_t cube, const float* x, float* product) const {
-    Beside beside;
-    TakeBeside<0>(cube, x, beside);
-    TakeBeside<1>(cube, x, beside);
-    TakeBeside<2>(cube, x, beside);
+  // Renames the axes of those of the cube's slots that are odd or even as asked.
+  template <bool kIsOdd>
+  AMHEX_LANES_INLINE void Rename(int64_t cube, Beside& beside) const {
     for (const NodeSlots::RenamedEdge& edge : slots_.Renamed(cube, NodeSlots::Side::kAhead)) {
-      ReorderLane(kAxisRotations[edge.code].source, edge.lane, beside.ahead[edge.axis]);
+      if ((IsOddLane(edge.lane) != 0) != kIsOdd) continue;
+      ReorderLane(kAxisRotations[edge.code].source, edge.lane / 2, beside.ahead[edge.axis]);
     }
     for (const NodeSlots::RenamedEdge& edge : slots_.Renamed(cube, NodeSlots::Side::kBehind)) {
+      if ((IsOddLane(edge.lane) != 0) != kIsOdd) continue;
       const std::array<int8_t, 3>& source = kAxisRotations[kInverseCodes[edge.code]].source;
-      ReorderLane(source, edge.lane, beside.behind[edge.axis]);
-      ReorderLane(source, edge.lane, beside.weight_behind[edge.axis]);
+      ReorderLane(source, edge.lane / 2, beside.behind[edge.axis]);
+      ReorderLane(source, edge.lane / 2, beside.weight_behind[edge.axis]);
     }
-    const int64_t from = kCubeSlots * SizeOperator::kUnknowns * cube;
-    const float* weights = weights_.data() + kCubeSlots * SizeOperator::kWeights * cube;
+  }
+
+  // As SizeOperator's, by axis.
+  struct Sums {
+    HalfLanesOfCube weight[3], weighted[3];
+  };
+  template <bool kIsOdd>
+  AMHEX_LANES_INLINE Sums SumsBeside(int64_t cube, const float* x) const {
+    Beside beside;
+    TakeBeside<0, kIsOdd>(cube, x, beside);
+    TakeBeside<1, kIsOdd>(cube, x, beside);
+    TakeBeside<2, kIsOdd>(cube, x, beside);
+    Rename<kIsOdd>(cube, beside);
+    const float* weights = weights_.data() + OfHalf(SizeOperator::kWeights, kIsOdd) +
+                           kHalfSlots * SizeOperator::kWeights * cube;
+    Sums sums;
     for (int a = 0; a < 3; ++a) {
-      const SlotLanes own = LoadFloats(x + from + kCubeSlots * a);
-      SlotLanes sum = kRegularization * own;
+      constexpr HalfLanesOfCube kOne = {1, 1, 1, 1};
+      sums.weight[a] = kOne * kRegularization;
+      sums.weighted[a] = HalfLanesOfCube{};
       for (int d = 0; d < 3; ++d) {
-        sum += LoadFloats(weights + kCubeSlots * (3 * d + a)) * (own - beside.ahead[d][a]);
-        sum += beside.weight_behind[d][a] * (own - beside.behind[d][a]);
+        const HalfLanesOfCube ahead = LoadHalf(weights + kHalfSlots * (3 * d + a));
+        sums.weight[a] += ahead;
+        sums.weighted[a] += ahead * beside.ahead[d][a];
+        sums.weight[a] += beside.weight_behind[d][a];
+        sums.weighted[a] += beside.weight_behind[d][a] * beside.behind[d][a];
       }
-      StoreFloats(sum, product + from + kCubeSlots * a);
     }
+    return sums;
   }
 
   const GridLevel& level_;
@@ -215,7 +263,7 @@ class SizeSystem {
   const RunContext& run_;
   const NodeSlots slots_;
   double spacing_;
-  std::vector<float> weights_;  // by slot [d][axis]; zero without an edge
+  std::vector<float> weights_;  // by number [d][axis]; zero without an edge
 };
 
 // Lengths from logarithms: centred, clamped, then rescaled so that cells keep their mean volume.
@@ -271,6 +319,10 @@ absl::StatusOr<std::vector<Vec3d>> SolveSizeField(const BackgroundGrid& grid,
     system.Apply(begin, end, x, product);
   };
   linear.inverse_diagonal = [&system] { return system.InverseDiagonal(); };
+  linear.completed_count = system.slot_count() - system.even_count();
+  linear.complete = [&](int64_t begin, int64_t end, const float* right_side, float* of) {
+    system.Complete(begin, end, right_side, of);
+  };
   std::optional<SlotLinks> links;
   if (settings.device != nullptr) {
     linear.device = settings.device;
@@ -283,7 +335,7 @@ absl::StatusOr<std::vector<Vec3d>> SolveSizeField(const BackgroundGrid& grid,
   if (!iterations.ok()) return iterations.status();
   std::vector<float> s(3 * grid.count());
   ForEach(run, grid.count(), [&](int64_t i) {
-    for (int a = 0; a < 3; ++a) s[3 * i + a] = x[SizeSystem::Place(system.slots().SlotOf(i), a)];
+    for (int a = 0; a < 3; ++a) s[3 * i + a] = x[system.Place(i, a)];
   });
   std::vector<Vec3d> sizes = LengthsFromLogarithms(s, settings, run);
   if (absl::Status status = run.CheckStop(); !status.ok()) return status;

@@ -4,7 +4,6 @@
 // Used inside of RunWithWidestVectors (base/vector_lanes.h).
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "base/vector_lanes.h"
@@ -58,10 +57,6 @@ AMHEX_LANES_INLINE void ApplyInverseToLane(const AxisRotation& rotation, int lan
   for (int a = 0; a < 3; ++a) {
     v[rotation.source[a]][lane] = static_cast<float>(rotation.sign[a]) * old[a];
   }
-}
-AMHEX_LANES_INLINE void ReorderLane(const std::array<int8_t, 3>& source, int lane, SlotLanes* v) {
-  const Vec3f old = {v[0][lane], v[1][lane], v[2][lane]};
-  for (int a = 0; a < 3; ++a) v[a][lane] = old[source[a]];
 }
 
 }  // namespace amhex::fields

@@ -49,5 +49,18 @@ TEST(NodeOrder, EveryEdgeLeadsFromAnEvenNodeToAnOddOneAndIsThatOfTheGrid) {
   }
 }
 
+TEST(HalfSlots, AreNumberedOnceEachTheEvenOnesFirstAndFourToACube) {
+  constexpr int64_t kCubes = 5, kEven = kHalfSlots * kCubes;
+  std::vector<bool> is_taken(2 * kEven);
+  for (int64_t slot = 0; slot < kCubeSlots * kCubes; ++slot) {
+    const int64_t number = NumberOfSlot(slot, kEven);
+    EXPECT_EQ(SlotOfNumber(number, kEven), slot);
+    EXPECT_EQ(number < kEven, (slot ^ slot >> 1 ^ slot >> 2) % 2 == 0);
+    EXPECT_EQ(number % kEven / kHalfSlots, slot / kCubeSlots);
+    EXPECT_FALSE(is_taken[number]);
+    is_taken[number] = true;
+  }
+}
+
 }  // namespace
 }  // namespace amhex::fields
