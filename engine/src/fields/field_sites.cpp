@@ -123,15 +123,24 @@ struct SharedForm {
 using SharedForms = std::map<std::pair<double, double>, SharedForm>;  // by weights
 
 // With as many nodes per cell as ever, where the recipe's grid has so many in a cubic edge length.
-absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& samples,
-                                           const TrialRecipe& recipe, DeviceUse* device,
-                                           const fields::ProgressSlice& slice) {
+absl::StatusOr<fields::BackgroundGrid> BuildGrid(const Hull& hull, const TrialRecipe& recipe,
+                                                 DeviceUse* device,
+                                                 const fields::ProgressSlice& slice) {
+  const double spacing = 1.0 / fields::kNodesPerEdge / std::cbrt(recipe.grid);
+  return fields::BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device);
+}
+
+// Only the orientation field needs the grid's coarser levels: they are gone where no other will be
+// solved on it.
+enum class CoarserLevels : uint8_t { kGone, kKept };
+
+absl::StatusOr<GridFields> SolveGridFields(fields::BackgroundGrid grid, CoarserLevels coarser,
+                                           const HullSamples& samples, const TrialRecipe& recipe,
+                                           DeviceUse* device, const fields::ProgressSlice& slice) {
   using namespace fields;  // NOLINT: the steps below are all from there
   GridFields result;
   result.device = device;
-  const double spacing = 1.0 / kNodesPerEdge / std::cbrt(recipe.grid);
-  AMHEX_ASSIGN_OR_RETURN(result.grid,
-                         BuildBackgroundGrid(hull, spacing, slice.Part(0, kGridDone), device));
+  result.grid = std::move(grid);
   OrientationSettings orientation_settings;
   orientation_settings.hull_weight = recipe.hull_weight;
   orientation_settings.normal_fading = recipe.normal_fading;
@@ -141,7 +150,7 @@ absl::StatusOr<GridFields> SolveGridFields(const Hull& hull, const HullSamples& 
                          SolveOrientationField(result.grid, samples, orientation_settings,
                                                slice.Part(kGridDone, kOrientationDone)));
   result.frames = std::move(orientation.frames), result.codes = std::move(orientation.codes);
-  result.grid.levels.resize(1);  // only the orientation field needs the coarser levels
+  if (coarser == CoarserLevels::kGone) result.grid.levels.resize(1);
   SizeSettings size_settings;
   size_settings.device = device;
   size_settings.links = &result.links;
@@ -227,6 +236,17 @@ absl::StatusOr<Sites> SitesOfTrial(const Hull& hull, GridFields& solved, SharedF
   return on_host.has_value() ? *std::move(on_host) : SitesOf(task);
 }
 
+// Whether the next frames after a trial's are solved on the same grid.
+CoarserLevels LevelsAfter(int trial, int count, const Hull& hull) {
+  const TrialRecipe& recipe = RecipeOf(trial, hull);
+  for (int next = trial + 1; next < count; ++next) {
+    const TrialRecipe& other = RecipeOf(next, hull);
+    if (other.SharesFrames(recipe)) continue;
+    return other.grid == recipe.grid ? CoarserLevels::kKept : CoarserLevels::kGone;
+  }
+  return CoarserLevels::kGone;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
@@ -244,9 +264,18 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
                                       (trial + 1.0) / count);
     if (trial == 0 || !recipe.SharesFrames(RecipeOf(trial - 1, hull))) {
       forms.clear();  // before the next takes memory
+      std::optional<fields::BackgroundGrid> grid;
+      if (trial > 0 && recipe.grid == RecipeOf(trial - 1, hull).grid) {
+        grid = std::move(solved->grid);
+      }
       solved.reset();
+      const fields::ProgressSlice of_grid = slice.Part(0, kSizeDone);
+      if (!grid.has_value()) {
+        AMHEX_ASSIGN_OR_RETURN(grid, BuildGrid(hull, recipe, device, of_grid));
+      }
       AMHEX_ASSIGN_OR_RETURN(
-          solved, SolveGridFields(hull, samples, recipe, device, slice.Part(0, kSizeDone)));
+          solved, SolveGridFields(*std::move(grid), LevelsAfter(trial, count, hull), samples,
+                                  recipe, device, of_grid));
     }
     auto form = forms.find(recipe.Weights());
     if (form == forms.end()) {
