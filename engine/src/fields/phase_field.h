@@ -13,7 +13,7 @@ namespace amhex::fields {
 struct PhaseSettings {
   double hull_weight = 20;     // of "centres half a cell below the hull" against one edge
   int first_iterations = 300;  // of the plain solve
-  double first_tolerance = 1e-4;
+  double first_tolerance = 5e-5;
   int rounds = 8;  // of rising pull to unit length
   double first_pull = 0.02;
   double last_pull = 1.0;
