@@ -253,6 +253,7 @@ pb::MeshStatistics ToProto(const MeshStatistics& statistics) {
   out.set_distance_exceeds_cell(statistics.distance_exceeds_cell);
   out.set_sharp_edge_deviation_rms(statistics.sharp_edge_deviation_rms);
   out.set_sharp_edge_deviation_max(statistics.sharp_edge_deviation_max);
+  out.set_shortest_edge(statistics.shortest_edge);
   return out;
 }
 

@@ -134,6 +134,7 @@ TEST(ConvertStatistics, EveryFieldIsFilled) {
   statistics.boundary_component_count = statistics.genus = 1;
   statistics.distance_exceeds_cell = true;
   statistics.sharp_edge_deviation_rms = statistics.sharp_edge_deviation_max = 1;
+  statistics.shortest_edge = 1;
   const amhex::v1::MeshStatistics proto = ToProto(statistics);
   std::vector<const FieldDescriptor*> set;
   proto.GetReflection()->ListFields(proto, &set);

@@ -54,8 +54,9 @@ std::string SummaryOf(const v1::Job& job) {
                           "  sharp edges followed within %.3f edge lengths (rms), %.3f at most\n",
                           s.sharp_edge_deviation_rms(), s.sharp_edge_deviation_max());
   }
-  absl::StrAppendFormat(&text, "  edge length %.4g, volume %.6g of %.6g, genus %d\n",
-                        s.edge_length(), s.volume(), s.hull_volume(), s.genus());
+  absl::StrAppendFormat(&text,
+                        "  edge length %.4g wanted, %.4g at least, volume %.6g of %.6g, genus %d\n",
+                        s.edge_length(), s.shortest_edge(), s.volume(), s.hull_volume(), s.genus());
   absl::StrAppendFormat(&text, "  %.2f s, %s\n", WallSeconds(job), result.backend_note());
   for (const std::string& warning : result.warnings()) {
     absl::StrAppend(&text, "  warning: ", warning, "\n");

@@ -65,7 +65,8 @@ struct MeshStatistics {
   // lengths; 0 where the input has none.
   double sharp_edge_deviation_rms = 0;
   double sharp_edge_deviation_max = 0;
-  double edge_length = 0;  // the wanted edge length h, user's units
+  double edge_length = 0;    // the wanted edge length h, user's units
+  double shortest_edge = 0;  // of all cells, user's units
   int64_t boundary_component_count = 0;
   int64_t genus = 0;                   // of the mesh boundary, summed over components
   bool distance_exceeds_cell = false;  // the mesh misses the input by more than h somewhere

@@ -52,10 +52,11 @@ absl::StatusOr<std::vector<FacePair>> CollectFacePairs(const CandidateSearch& se
           search.VisitItems(a, [found](const FacePair& pair) { found->push_back(pair); });
         }
       }));
-  SortPolling(pairs.begin(), pairs.end(), StopPoll(run), [](const FacePair& a, const FacePair& b) {
-    return std::tuple(a.score, a.cube_a, a.cube_b, a.direction_a, a.direction_b) <
-           std::tuple(b.score, b.cube_a, b.cube_b, b.direction_a, b.direction_b);
-  });
+  ParallelSortPolling(
+      pairs.begin(), pairs.end(), StopPoll(run), [](const FacePair& a, const FacePair& b) {
+        return std::tuple(a.score, a.cube_a, a.cube_b, a.direction_a, a.direction_b) <
+               std::tuple(b.score, b.cube_a, b.cube_b, b.direction_a, b.direction_b);
+      });
   return pairs;
 }
 

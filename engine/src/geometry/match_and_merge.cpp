@@ -71,7 +71,7 @@ absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const RunContext& run, Match
   for (const Collapse collapse : kMatchPasses) {
     for (const double level : kMatchLevels) {
       MatchLevel(queue, level, collapse, poll, sets.view());
-      CloseCuts({level + kCutMargin, collapse}, poll, sets.view());
+      AMHEX_RETURN_IF_ERROR(CloseCuts({level + kCutMargin, collapse}, run, sets.view()).status());
       task->on_level();
     }
   }

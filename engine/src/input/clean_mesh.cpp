@@ -37,7 +37,7 @@ void JoinCells(const std::vector<Vec3d>& points, double tolerance, double shift,
     poll.At(static_cast<int64_t>(i));
     keys[i] = {KeyOf(points[i], tolerance, shift), static_cast<int32_t>(i)};
   }
-  SortPolling(keys.begin(), keys.end(), poll);
+  ParallelSortPolling(keys.begin(), keys.end(), poll);
   for (size_t i = 1; i < keys.size(); ++i) {
     poll.At(static_cast<int64_t>(i));
     if (keys[i].first != keys[i - 1].first) continue;
@@ -63,7 +63,7 @@ CleanCounts DropEmptyAndRepeatedTriangles(TriangleMesh& mesh, const StopPoll& po
     std::sort(corners.begin(), corners.end());
     keys[i] = {corners, static_cast<int32_t>(i)};
   }
-  SortPolling(keys.begin(), keys.end(), poll);
+  ParallelSortPolling(keys.begin(), keys.end(), poll);
   std::vector<uint8_t> repeated(triangles.size(), 0);
   for (size_t i = 1; i < keys.size(); ++i) {
     poll.At(static_cast<int64_t>(i));

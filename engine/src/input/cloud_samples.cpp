@@ -48,7 +48,7 @@ int64_t JoinEqualPoints(CloudSamples& samples, const StopPoll& poll) {
     const Vec3d& p = samples.position[i];
     keys.push_back({{p.x, p.y, p.z}, static_cast<int32_t>(i)});
   }
-  SortPolling(keys.begin(), keys.end(), poll);
+  ParallelSortPolling(keys.begin(), keys.end(), poll);
   std::vector<uint8_t> keep(keys.size(), 1);
   std::vector<double> length(samples.normal.size());
   for (size_t i = 0; i < length.size(); ++i) length[i] = Norm(samples.normal[i]);

@@ -58,7 +58,7 @@ CubeGrid SortIntoCubes(const PointCloud& cloud, const Indices& points, double cu
     }
     keys[i].second = points[i];
   }
-  SortPolling(keys.begin(), keys.end(), poll);
+  ParallelSortPolling(keys.begin(), keys.end(), poll);
   CubeGrid grid;
   for (const auto& [cube, point] : keys) {
     const auto here = static_cast<int32_t>(grid.points.size());

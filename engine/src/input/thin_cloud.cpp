@@ -34,7 +34,7 @@ int64_t ThinCloud(double cell, PointCloud& cloud, const StopPoll& poll) {
                 has_normals ? MainDirection(cloud.normals[i]) : 0},
                static_cast<int32_t>(i)};
   }
-  SortPolling(keys.begin(), keys.end(), poll);
+  ParallelSortPolling(keys.begin(), keys.end(), poll);
   PointCloud thinned;
   for (size_t i = 0; i < keys.size();) {
     Vec3d position, normal;

@@ -28,6 +28,8 @@ constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners,
 constexpr double kBinSize = 1.0;
 // Gaps this near to one another are the same.
 constexpr double kSameGap = 0.4;
+// Samples per task: some ten milliseconds at most.
+constexpr size_t kSamplesPerBlock = 1024;
 
 Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d sum;
@@ -135,25 +137,29 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
   const HullQueries boundary = BoundaryOf(placement_.complex, poll);
   const std::vector<Vec3d> on_boundary =
       detail == FaceDetail::kFew ? face_middles_ : PlacesOf(placement_.complex);
-  std::vector<Gap> found(points_.size() + on_boundary.size());
-  const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely, Gap& gap) {
-    if (other.IsWithin(p, distance, likely)) return;
-    const HullPoint nearest = other.Closest(p, likely);
-    gap = {p, nearest.point, nearest.distance};
-  };
-  tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, found.size()), [&](const tbb::blocked_range<size_t>& range) {
-        int32_t of_boundary = -1, of_hull = -1;
-        for (size_t i = range.begin(); i < range.end(); ++i) {
-          poll.At(static_cast<int64_t>(i));
-          if (i < points_.size()) {
-            look_at(boundary, points_[i], of_boundary, found[i]);
-          } else {
-            look_at(*hull_.queries, on_boundary[i - points_.size()], of_hull, found[i]);
-          }
-        }
-      });
-  std::erase_if(found, [&](const Gap& gap) { return gap.distance <= distance; });
+  const size_t count = points_.size() + on_boundary.size();
+  std::vector<std::vector<Gap>> of_block((count + kSamplesPerBlock - 1) / kSamplesPerBlock);
+  tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
+    int32_t of_boundary = -1, of_hull = -1;
+    const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely) {
+      if (other.IsWithin(p, distance, likely)) return;
+      const HullPoint nearest = other.Closest(p, likely);
+      if (nearest.distance > distance) {
+        of_block[block].push_back({p, nearest.point, nearest.distance});
+      }
+    };
+    poll.Now();
+    const size_t begin = block * kSamplesPerBlock;
+    for (size_t i = begin; i < std::min(count, begin + kSamplesPerBlock); ++i) {
+      if (i < points_.size()) {
+        look_at(boundary, points_[i], of_boundary);
+      } else {
+        look_at(*hull_.queries, on_boundary[i - points_.size()], of_hull);
+      }
+    }
+  });
+  std::vector<Gap> found;
+  for (const std::vector<Gap>& gaps : of_block) found.insert(found.end(), gaps.begin(), gaps.end());
   SortWorstFirst(&found);
   return found;
 }

@@ -1,6 +1,8 @@
 #include "output/mesh_statistics.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
@@ -10,6 +12,7 @@
 #include "output/mesh_faces.h"
 #include "output/sharp_edges.h"
 #include "output/surface_distance.h"
+#include "topology/primitives.h"
 
 namespace amhex {
 namespace {
@@ -54,6 +57,19 @@ void SumUpCells(const AtMostHexaMesh& mesh, const StopPoll& poll, DeviceUse* dev
   statistics.hexahedra_ratio = static_cast<double>(hexahedra) / cell_count;
 }
 
+double ShortestEdge(const AtMostHexaMesh& mesh, const StopPoll& poll) {
+  double squared = std::numeric_limits<double>::infinity();
+  for (size_t c = 0; c < mesh.corners.size(); ++c) {
+    poll.At(static_cast<int64_t>(c));
+    for (const auto& [a, b] : kCubeEdges) {
+      const int32_t from = mesh.corners[c][a], to = mesh.corners[c][b];
+      if (from != to)
+        squared = std::min(squared, SquaredNorm(mesh.vertices[to] - mesh.vertices[from]));
+    }
+  }
+  return mesh.corners.empty() ? 0 : std::sqrt(squared);
+}
+
 // The input's own points, thinned evenly where there are very many.
 std::vector<Vec3d> InputSamples(const Hull& hull) {
   std::vector<Vec3d> samples = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
@@ -95,6 +111,7 @@ MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const S
   SumUpCells(mesh, poll, device, statistics);
   const double scale = hull.frame.scale;
   statistics.edge_length = scale;
+  statistics.shortest_edge = ShortestEdge(mesh, poll);
   statistics.hull_volume = hull.volume * scale * scale * scale;
 
   const FaceCensus census = CountFaces(mesh.corners, statistics.vertex_count, poll);

@@ -23,8 +23,11 @@ TEST(SortPolling, SortsAsTheStandardLibrary) {
   for (const size_t count : {0, 1, 2, 1000, 20000}) {
     std::vector<int64_t> values = Shuffled(count), expected = values;
     std::sort(expected.begin(), expected.end(), std::greater<>());
+    std::vector<int64_t> on_threads = values;
     SortPolling(values.begin(), values.end(), StopPoll(), std::greater<>());
     EXPECT_EQ(values, expected);
+    ParallelSortPolling(on_threads.begin(), on_threads.end(), StopPoll(), std::greater<>());
+    EXPECT_EQ(on_threads, expected);
   }
 }
 
@@ -33,6 +36,8 @@ TEST(SortPolling, StopsAmongTheComparisons) {
   run.RequestStop();
   std::vector<int64_t> values = Shuffled(20000);
   EXPECT_THROW(SortPolling(values.begin(), values.end(), StopPoll(run)), RunStopped);
+  values = Shuffled(20000);
+  EXPECT_THROW(ParallelSortPolling(values.begin(), values.end(), StopPoll(run)), RunStopped);
 }
 
 }  // namespace

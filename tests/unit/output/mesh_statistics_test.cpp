@@ -14,6 +14,7 @@ namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridVertex;
 using testing_support::HullOfMesh;
 using testing_support::kSinglePatterns;
 using testing_support::MeshOf;
@@ -35,6 +36,7 @@ TEST(MeshStatistics, OfAGridInItsOwnBoxArePerfect) {
   EXPECT_NEAR(statistics.hull_volume, 24, 1e-9);
   EXPECT_NEAR(statistics.mesh_to_input_max, 0, 1e-12);
   EXPECT_NEAR(statistics.input_to_mesh_max, 0, 1e-12);
+  EXPECT_DOUBLE_EQ(statistics.shortest_edge, 1);
   EXPECT_EQ(statistics.genus, 0);
   EXPECT_EQ(statistics.boundary_component_count, 1);
   EXPECT_FALSE(statistics.distance_exceeds_cell);
@@ -50,6 +52,17 @@ TEST(MeshStatistics, MeasureBothDistancesAsFractionsOfTheDiagonal) {
   EXPECT_FALSE(low.distance_exceeds_cell);
   const MeshStatistics lower = MeasureMesh(MeshOf(GridComplex({3, 4, 11})), hull);
   EXPECT_TRUE(lower.distance_exceeds_cell);
+}
+
+TEST(MeshStatistics, TellTheShortestEdgeOfAnyCellAndNoneThatIsCollapsed) {
+  const Hull hull = HullOfMesh(fixtures::MakeBox({4, 3, 2}, 0.7));
+  CellComplex complex = GridComplex({4, 3, 2});
+  complex.vertices[GridVertex({4, 3, 2}, 2, 1, 1)].x -= 0.75;
+  EXPECT_DOUBLE_EQ(MeasureMesh(MeshOf(complex), hull).shortest_edge, 0.25);
+  for (const auto& pattern : kSinglePatterns) {
+    const AtMostHexaMesh single = MeshOf(SingleCell(pattern.cube_corners));
+    EXPECT_GE(MeasureMesh(single, hull).shortest_edge, 1) << pattern.name;
+  }
 }
 
 TEST(MeshStatistics, SayHowFarTheBoundaryLeavesSharpEdges) {
