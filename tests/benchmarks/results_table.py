@@ -225,6 +225,7 @@ def quality_row(path, wanted, report):
         f"{100 * s['mesh_to_input_max']:.2f}",
         f"{100 * s['input_to_mesh_max']:.2f} ({100 * s['input_to_mesh_mean']:.3f})",
         f"{s.get('sharp_edge_deviation_rms', 0):.3f}",
+        f"{s.get('shortest_edge', 0) / s['edge_length']:.2f}",
         str(s["genus"]),
     ]
 
@@ -296,11 +297,12 @@ def write_document(arguments, results):
         "Cells are hexahedra / hexprisms / prisms / slices / pyramids / tetrahedra. MSJ and ASJ are "
         "the minimum and the average over cells of the least scaled Jacobian. Distances are in "
         "percent of the diagonal of the input's box; sharp edges: the root mean square distance from "
-        "the input's to the mesh's, in edge lengths. What is wanted: a number of cells, or of a volume "
+        "the input's to the mesh's; shortest edge: of any cell; both in edge lengths. What is wanted: a number of cells, or of a volume "
         f"mesh, its cells reassembled (minimum quality {REASSEMBLY_QUALITY}) or subdivided. “paper”: "
         "the paper's own start, relaxation and search (`" + " ".join(PAPER_SETTINGS) + "`).",
         table(["model", "wanted", "cells", "by type", "hex %", "hex vol %", "MSJ", "ASJ",
-               "MSJ hex", "ASJ hex", "mesh → input max", "input → mesh max (mean)", "sharp edges", "genus"],
+               "MSJ hex", "ASJ hex", "mesh → input max", "input → mesh max (mean)", "sharp edges",
+               "shortest edge", "genus"],
               [quality_row(*entry[:3]) for entry in done]),
         "## Cost",
         "Wall-clock seconds per stage; `engine` is their sum, `client` the whole command from start "
