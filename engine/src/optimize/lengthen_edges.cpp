@@ -111,9 +111,8 @@ class EdgeLengthener {
     for (const Move& move : moves) {
       if (PutAt(move)) return true;
     }
-    return std::any_of(moves.begin(), moves.end(), [this](const Move& move) {
-      return press_.Run(move.vertex, move.place, aim_.most_loss);
-    });
+    return std::any_of(moves.begin(), moves.end(),
+                       [this](const Move& move) { return PressAt(move); });
   }
 
  private:
@@ -186,6 +185,25 @@ class EdgeLengthener {
     if (move.there.lack > before.lack + aim_.most_loss) return false;
     at = move.place;
     return true;
+  }
+
+  // With the vertices inside making room, if edges are the longer for it altogether.
+  bool PressAt(const Move& move) {
+    const std::vector<int32_t>& cells = press_.CellsAround(move.vertex);
+    const double before = ShortnessOf(cells);
+    return press_.Run(move.vertex, move.place, aim_.most_loss,
+                      [&] { return ShortnessOf(cells) < before; });
+  }
+
+  // What edges of these cells lack to the wanted length, in sum.
+  double ShortnessOf(const std::vector<int32_t>& cells) const {
+    double lack = 0;
+    for (const int32_t c : cells) {
+      for (const Edge& edge : EdgesOf(placement_.complex.cells[c])) {
+        lack += std::max(0.0, aim_.length - LengthOf(edge, placement_.complex.vertices));
+      }
+    }
+    return lack;
   }
 
   Placement& placement_;

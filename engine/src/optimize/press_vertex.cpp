@@ -34,7 +34,8 @@ VertexPress::VertexPress(Placement& placement, double floor)
       step_(placement.complex.vertices.size(), kFirstStep),
       is_touched_(placement.complex.cells.size(), 0) {}
 
-bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
+bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss,
+                      const std::function<bool()>& accepts) {
   std::vector<Vec3d>& vertices = placement_.complex.vertices;
   const Vec3d start = vertices[vertex];
   const double agreement = WorstNormalAgreement(view_, vertex, place);
@@ -47,7 +48,7 @@ bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss) {
   const Bounds bounds{std::min(floor_, Least()), Lack() + most_loss};
   vertices[vertex] = place;
   SurveyAt(vertex);
-  if (Settle(bounds)) return true;
+  if (Settle(bounds) && accepts()) return true;
   vertices[vertex] = start;
   TakeBack();
   return false;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -20,10 +21,12 @@ class VertexPress {
 
   // The vertex at `place`, with the vertices inside up to two cells around it where they are best
   // then. Kept if no cell there folds or is both below the floor and the worst before, no face
-  // turns away from the hull, and the sum of what the cells lack to a scaled Jacobian of 1 grows by
-  // `most_loss` at most; otherwise all is as it was. Returns whether it was kept. Work: that of a
-  // few dozen vertices.
-  bool Run(int32_t vertex, const Vec3d& place, double most_loss);
+  // turns away from the hull, the sum of what the cells lack to a scaled Jacobian of 1 grows by
+  // `most_loss` at most, and `accepts` says so of the placement as it is then; otherwise all is as
+  // it was. Returns whether it was kept. Work: that of a few dozen vertices.
+  bool Run(
+      int32_t vertex, const Vec3d& place, double most_loss,
+      const std::function<bool()>& accepts = [] { return true; });
 
   // All cells that the attempt at a vertex looks at, ascending, until the next call.
   const std::vector<int32_t>& CellsAround(int32_t vertex);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "optimize/raise_quality.h"
 #include "support/grid_complex.h"
@@ -75,12 +76,14 @@ TEST(VertexPress, SurveysWhatItHasMoved) {
   EXPECT_EQ(placement.survey.min_scaled_jacobian, kept);
 }
 
-void ExpectRefused(double depth, double most_loss) {
+void ExpectRefused(
+    double depth, double most_loss, const std::function<bool()>& accepts = [] { return true; }) {
   Block block;
   const CellComplex before = block.complex;
   Placement placement = PreparePlacement(block.complex, block.features);
   const CellSurvey survey = placement.survey;
-  EXPECT_FALSE(VertexPress(placement, kFloor).Run(block.top, block.Below(depth), most_loss));
+  EXPECT_FALSE(
+      VertexPress(placement, kFloor).Run(block.top, block.Below(depth), most_loss, accepts));
   EXPECT_EQ(block.complex.vertices, before.vertices);
   EXPECT_EQ(placement.survey.min_scaled_jacobian, survey.min_scaled_jacobian);
   EXPECT_EQ(placement.survey.near_folding, survey.near_folding);
@@ -93,6 +96,10 @@ TEST(VertexPress, TakesBackWhatCostsTooMuch) {
 
 TEST(VertexPress, TakesBackWhatNoPlaceInsideMendsOrTurnsTheBoundary) {
   ExpectRefused(kSize.nz + 0.5, kAnyLoss);
+}
+
+TEST(VertexPress, TakesBackWhatIsNotAcceptedWhenAllHasMoved) {
+  ExpectRefused(kDepth, kAnyLoss, [] { return false; });
 }
 
 TEST(VertexPress, MovesAVertexThatNobodyMinds) {
