@@ -56,7 +56,7 @@ absl::Status PassOver(Stage stage, RunContext& run) {
 absl::StatusOr<CellComplex> Reassemble(const BrokenVolume& broken, const Hull& hull,
                                        const MeshingParams& params, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(const PieceTable pieces, GuardStage(run, Stage::kExtractTopology, [&] {
-                           return FindPieces(broken, params.assembly.min_quality, run);
+                           return FindPieces(broken, {params.assembly.min_quality}, run);
                          }));
   return GuardStage(run, Stage::kAssemble, [&]() -> absl::StatusOr<CellComplex> {
     AMHEX_ASSIGN_OR_RETURN(const std::vector<int32_t> chosen, MergeCells(pieces, run));

@@ -9,6 +9,7 @@
 #include "closure/improve_closure.h"
 #include "closure/peel_stars.h"
 #include "optimize/place_vertices.h"
+#include "reassembly/merge_others.h"
 
 namespace amhex {
 namespace {
@@ -47,6 +48,8 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     if (!is_placed || i <= kFoldingRounds) {
       AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
       AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, with.hull, run));
+      AMHEX_ASSIGN_OR_RETURN(
+          complex, MergeOthers(std::move(complex), with.params.input.sharp_angle_degrees, run));
     }
     if (folds == StarFolds::kAllowed && complex.cells != before) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));

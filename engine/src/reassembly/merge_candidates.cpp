@@ -184,10 +184,10 @@ absl::Status AppendMerged(std::vector<Primitive> found, const RunContext& run, P
 
 }  // namespace
 
-absl::StatusOr<PieceTable> FindPieces(const BrokenVolume& volume, double min_quality,
+absl::StatusOr<PieceTable> FindPieces(const BrokenVolume& volume, const PieceLimits& limits,
                                       RunContext& run) {
   const auto vertex_count = static_cast<int32_t>(volume.vertices.size());
-  const std::vector<CellFace> quads = FindMergedQuads(volume);
+  const std::vector<CellFace> quads = FindMergedQuads(volume, limits.quads);
   std::vector<CellFace> faces = FacesToSearch(volume, quads);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   PieceTable table;
@@ -203,7 +203,7 @@ absl::StatusOr<PieceTable> FindPieces(const BrokenVolume& volume, double min_qua
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   const auto complex = FaceComplex::Build(vertex_count, std::move(faces));
   AMHEX_ASSIGN_OR_RETURN(std::vector<Primitive> found,
-                         SearchPrimitives(complex, volume.vertices, min_quality, run));
+                         SearchPrimitives(complex, volume.vertices, limits.min_quality, run));
   AMHEX_RETURN_IF_ERROR(AppendMerged(std::move(found), run, &table));
   return table;
 }

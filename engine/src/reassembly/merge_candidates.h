@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "reassembly/break_down.h"
+#include "reassembly/merged_quads.h"
 #include "topology/face_table.h"
 #include "topology/primitive_table.h"
 
@@ -39,12 +40,17 @@ struct PieceTable {
   }
 };
 
+struct PieceLimits {
+  double min_quality = 0;  // scaled Jacobian
+  QuadLimits quads = kQuadsOfVolumes;
+};
+
 // Merged quads are pairs of triangles over a common edge, about plane and of fair angles, more
 // strictly so on the hull. Primitives of merged and own faces are found by the graph search; those
-// above `min_quality` that enclose nothing but atoms below the hexahedron become pieces.
+// above the minimum quality that enclose nothing but atoms below the hexahedron become pieces.
 // Hexahedra of the input are in no other piece than their own. O(n) in the cells for meshes of
 // bounded degree.
-absl::StatusOr<PieceTable> FindPieces(const BrokenVolume& volume, double min_quality,
+absl::StatusOr<PieceTable> FindPieces(const BrokenVolume& volume, const PieceLimits& limits,
                                       RunContext& run);
 
 }  // namespace amhex

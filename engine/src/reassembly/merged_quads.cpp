@@ -13,12 +13,6 @@ namespace amhex {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// Between the paper's limit for good hexahedra, 45 degrees, and what a scaled Jacobian of 0.1 would
-// permit; 20 and 70 degrees take three times as long and find half as many hexahedra again.
-const double kLargestCornerCosine = std::cos(30 * kDegree);
-const double kInnerFoldCosine = std::cos(60 * kDegree);
-// A bent quad on the hull changes the shape.
-const double kHullFoldCosine = std::cos(15 * kDegree);
 
 // A triangle as seen from one of its edges.
 struct EdgeTriangle {
@@ -71,21 +65,30 @@ std::vector<EdgeTriangle> ByEdge(const BrokenVolume& volume) {
   return result;
 }
 
-bool IsFair(const CellFace& quad, const std::vector<Vec3d>& vertices, double fold_cosine) {
+// Cosines: of the angles the largest, of the fold the least.
+struct FairQuad {
+  double corner;
+  double fold;
+};
+
+bool IsFair(const CellFace& quad, const std::vector<Vec3d>& vertices, const FairQuad& fair) {
   const auto at = [&](int i) { return vertices[static_cast<size_t>(quad.v[i % 4])]; };
   for (int i = 0; i < 4; ++i) {
     const double cosine = Dot(Normalized(at(i + 1) - at(i)), Normalized(at(i + 3) - at(i)));
-    if (std::abs(cosine) > kLargestCornerCosine) return false;
+    if (std::abs(cosine) > fair.corner) return false;
   }
   // The ring is a, one apex, b, the other apex; a and b are the common edge's.
   const Vec3d first = Normalized(Cross(at(1) - at(0), at(2) - at(0)));
   const Vec3d second = Normalized(Cross(at(2) - at(0), at(3) - at(0)));
-  return Dot(first, second) >= fold_cosine;
+  return Dot(first, second) >= fair.fold;
 }
 
 }  // namespace
 
-std::vector<CellFace> FindMergedQuads(const BrokenVolume& volume) {
+std::vector<CellFace> FindMergedQuads(const BrokenVolume& volume, const QuadLimits& limits) {
+  const double corner = std::cos(limits.corner * kDegree);
+  const FairQuad inside{corner, std::cos(limits.inner_fold * kDegree)};
+  const FairQuad on_hull{corner, std::cos(limits.hull_fold * kDegree)};
   const std::vector<EdgeTriangle> sides = ByEdge(volume);
   std::vector<CellFace> quads;
   for (size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
@@ -95,8 +98,8 @@ std::vector<CellFace> FindMergedQuads(const BrokenVolume& volume) {
         if (sides[i].on_hull != sides[j].on_hull) continue;
         const auto [a, b] = sides[i].edge;
         const CellFace quad = {4, {a, sides[i].apex, b, sides[j].apex}};
-        const double fold = sides[i].on_hull ? kHullFoldCosine : kInnerFoldCosine;
-        if (IsFair(quad, volume.vertices, fold)) quads.push_back(Representative(quad));
+        const FairQuad& fair = sides[i].on_hull ? on_hull : inside;
+        if (IsFair(quad, volume.vertices, fair)) quads.push_back(Representative(quad));
       }
     }
   }
