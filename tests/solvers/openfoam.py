@@ -16,7 +16,7 @@ ENVIRONMENT = "/usr/share/openfoam/etc/bashrc"
 # Of the field's range. With gradients by least squares and their correction, linear fields are exact on any mesh, whatever
 # its angles and however its faces bend, but for what is left when the corrections end: each leaves a part of the one before.
 LINEAR_TOLERANCE = 1e-7
-CORRECTIONS = 100
+CORRECTIONS = 400
 # Scaled Jacobians, which the engine raises, say nothing of a face that is askew to the way to its cell's centre: short cells
 # of wedges may have one that checkMesh counts (above 4), though solutions are no worse for it.
 MOST_SKEW_FACES = 4

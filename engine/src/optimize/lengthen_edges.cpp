@@ -33,8 +33,10 @@ constexpr double kMostFloor = 0.8;
 // Of the limit: distances are measured at other places than these, too (as draw_rest).
 constexpr double kMargin = 0.94;
 // Edges that are to be this long are lengthened along or away from a crease, whatever that does to
-// it.
-constexpr double kCreaseWorth = 0.05;
+// it, and the mesh's minimum, if it is none to be proud of, is given up to this share of it.
+constexpr double kUrgentLength = 0.05;
+constexpr double kGoodMinimum = 0.5;
+constexpr double kUrgentShare = 0.8;
 // Longer than asked for by this share, so that rounding on the way to the user's frame leaves it.
 constexpr double kAmple = 1.001;
 
@@ -58,7 +60,11 @@ std::vector<LengthAim> AimsFor(double minimum) {
     aims.push_back({kShortestEdge, floor, kMostLossForShortest});
   }
   const double floor = std::max(minimum, kLeastQuality);
-  for (const double length : kSteps) aims.push_back({length, floor, kMostLossForWanted});
+  const double urgent =
+      minimum > kGoodMinimum ? floor : std::max(kUrgentShare * minimum, kLeastQuality);
+  for (const double length : kSteps) {
+    aims.push_back({length, length <= kUrgentLength ? urgent : floor, kMostLossForWanted});
+  }
   return aims;
 }
 
@@ -142,7 +148,7 @@ class EdgeLengthener {
     const double creases_before = deviation.worst_of_creases().distance;
     if (deviation.At(place).largest > std::max(kMargin * limits_.limit, before)) return false;
     // An edge so short is worse than a crease that is followed by as much less.
-    if (aim_.length <= kCreaseWorth) return true;
+    if (aim_.length <= kUrgentLength) return true;
     return deviation.worst_of_creases().distance <=
            std::max(kMargin * limits_.creases, creases_before);
   }

@@ -14,7 +14,7 @@ namespace amhex {
 // (reassembly/merge_cells): none of a scaled Jacobian below 0.2, which moving vertices will raise,
 // and none that encloses a hexahedron. No vertex moves; a quad on the hull bends by at most 30
 // degrees, and by less than `sharp_angle_degrees`, from which on creases are kept. A closed complex
-// stays closed.
+// stays closed, and its cells in their order, a larger one where its first part was.
 //
 // Linear in the number of cells. Same result at any thread count. Errors: CANCELLED,
 // DEADLINE_EXCEEDED.

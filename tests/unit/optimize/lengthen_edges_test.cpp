@@ -171,7 +171,7 @@ CellComplex WithShortEdges(uint32_t seed) {
   return complex;
 }
 
-TEST(LengthenEdges, GivesNoQualityUpForEdgesThatSolversCanUse) {
+TEST(LengthenEdges, GivesLittleQualityUpForEdgesThatSolversCanUse) {
   int lengthened = 0;
   for (uint32_t seed = 1; seed <= 40; ++seed) {
     const CellComplex before = WithShortEdges(seed);

@@ -88,6 +88,7 @@ TEST(MergeOthers, MakesTheHexahedronThatAnEvenStarFills) {
   const CellComplex merged = Merged(broken);
   EXPECT_EQ(merged.cells.size(), 27U);
   EXPECT_EQ(CountHexahedra(merged), 27);
+  for (size_t c = 0; c < 26; ++c) EXPECT_EQ(merged.cells[c], broken.cells[c]) << "in their order";
   EXPECT_NEAR(VolumeOf(merged), 27, 1e-12);
 }
 
