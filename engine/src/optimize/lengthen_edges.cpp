@@ -33,9 +33,9 @@ constexpr double kMostFloor = 0.8;
 // Of the limit: distances are measured at other places than these, too (as draw_rest).
 constexpr double kMargin = 0.94;
 // Edges that are to be this long are lengthened along or away from a crease, whatever that does to
-// it, and the mesh's minimum, if it is none to be proud of, is given up to this share of it.
+// it, and the mesh's minimum, if it is below kMinimumToKeep, is given up to this share of it.
 constexpr double kUrgentLength = 0.05;
-constexpr double kGoodMinimum = 0.5;
+constexpr double kMinimumToKeep = 0.5;
 constexpr double kUrgentShare = 0.8;
 // Longer than asked for by this share, so that rounding on the way to the user's frame leaves it.
 constexpr double kAmple = 1.001;
@@ -61,7 +61,7 @@ std::vector<LengthAim> AimsFor(double minimum) {
   }
   const double floor = std::max(minimum, kLeastQuality);
   const double urgent =
-      minimum > kGoodMinimum ? floor : std::max(kUrgentShare * minimum, kLeastQuality);
+      minimum > kMinimumToKeep ? floor : std::max(kUrgentShare * minimum, kLeastQuality);
   for (const double length : kSteps) {
     aims.push_back({length, length <= kUrgentLength ? urgent : floor, kMostLossForWanted});
   }

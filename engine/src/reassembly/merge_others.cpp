@@ -82,9 +82,7 @@ absl::StatusOr<CellComplex> MergeOthers(CellComplex complex, double sharp_angle_
   if (chosen.empty() || chosen.back() < pieces.atom_count) return complex;  // all as they are
   complex.cells = PutIn(complex, others, pieces, chosen);
   complex.hull_faces = std::move(others.hull_faces);
-  const CellComplex merged = ComplexOfPieces(others.volume, pieces, chosen, Frame());
-  complex.hull_faces.insert(complex.hull_faces.end(), merged.hull_faces.begin(),
-                            merged.hull_faces.end());
+  AppendHullFaces(pieces, chosen, &complex.hull_faces);
   return complex;
 }
 

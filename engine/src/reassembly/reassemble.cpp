@@ -46,21 +46,28 @@ absl::StatusOr<Hull> BuildHullOfVolume(const BrokenVolume& volume, const Meshing
   return hull;
 }
 
+void AppendHullFaces(const PieceTable& table, const std::vector<int32_t>& chosen,
+                     std::vector<CellFace>* faces) {
+  for (const int32_t piece : chosen) {
+    const Primitive& primitive = table.pieces[static_cast<size_t>(piece)];
+    for (int i = 0; i < primitive.face_count; ++i) {
+      const HalfFaceId face = primitive.half_faces[i];
+      if (table.on_hull[static_cast<size_t>(face)] != 0) {
+        faces->push_back(table.faces.half_face(face));
+      }
+    }
+  }
+}
+
 CellComplex ComplexOfPieces(const BrokenVolume& volume, const PieceTable& table,
                             const std::vector<int32_t>& chosen, const Frame& frame) {
   CellComplex complex;
   complex.vertices.reserve(volume.vertices.size());
   for (const Vec3d& p : volume.vertices) complex.vertices.push_back(frame.ToNormalized(p));
   for (const int32_t piece : chosen) {
-    const Primitive& primitive = table.pieces[static_cast<size_t>(piece)];
-    complex.cells.push_back(primitive.corners);
-    for (int i = 0; i < primitive.face_count; ++i) {
-      const HalfFaceId face = primitive.half_faces[i];
-      if (table.on_hull[static_cast<size_t>(face)] != 0) {
-        complex.hull_faces.push_back(table.faces.half_face(face));
-      }
-    }
+    complex.cells.push_back(table.pieces[static_cast<size_t>(piece)].corners);
   }
+  AppendHullFaces(table, chosen, &complex.hull_faces);
   return complex;
 }
 

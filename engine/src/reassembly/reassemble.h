@@ -19,6 +19,10 @@ namespace amhex {
 absl::StatusOr<Hull> BuildHullOfVolume(const BrokenVolume& volume, const MeshingParams& params,
                                        RunContext& run);
 
+// The faces of the chosen pieces that lie on the hull, in their order.
+void AppendHullFaces(const PieceTable& table, const std::vector<int32_t>& chosen,
+                     std::vector<CellFace>* faces);
+
 // The chosen pieces, vertices in the hull's frame. Slits and cells that could not be broken down
 // are left open.
 CellComplex ComplexOfPieces(const BrokenVolume& volume, const PieceTable& table,
