@@ -72,3 +72,35 @@ set(AMHEX_ENGINE_HEADERS ${AMHEX_COMMON_HEADERS} <tbb/parallel_for.h>)
 set(AMHEX_SERVICE_HEADERS
   ${AMHEX_COMMON_HEADERS} <chrono> <condition_variable> <filesystem> <fstream> <mutex> <thread>
   <google/protobuf/message.h>)
+
+# Files of a folder are compiled a few at a time as one: what they include is read once, and what
+# they make of its templates is made once. Engine and engine's tests took two cores 383 s instead of
+# more than 595. Those whose names begin alike go together, so that a new file changes one group
+# alone. Within a group, names in unnamed namespaces must differ; the compiler tells. clang-tidy reads
+# every file by itself.
+if(CMAKE_CXX_CLANG_TIDY)
+  set(unite OFF)
+else()
+  set(unite ON)
+endif()
+option(AMHEX_UNITE "Compile files of a folder together" ${unite})
+
+function(amhex_unite target)
+  if(NOT AMHEX_UNITE)
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  foreach(source ${sources})
+    cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
+    cmake_path(RELATIVE_PATH path)
+    cmake_path(GET path PARENT_PATH folder)
+    cmake_path(GET path FILENAME name)
+    string(MAKE_C_IDENTIFIER "${folder}" group)
+    foreach(letters a-d e-l m-p q-z)
+      if(name MATCHES "^[${letters}]")
+        set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group}_${letters})
+      endif()
+    endforeach()
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()

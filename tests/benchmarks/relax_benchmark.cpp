@@ -16,8 +16,8 @@
 #include "cuda/cuda_library.h"
 #include "exec/cpu_executor.h"
 #include "fixtures/solids.h"
+#include "graph/grid_bins.h"
 #include "graph/knn_exact_body.h"
-#include "graph/point_bins.h"
 #include "input/site_grid.h"
 #include "relax/build_barrier.h"
 #include "relax/label_body.h"
@@ -67,7 +67,7 @@ struct Diagram {
   std::vector<LabelItem> items;
   CpuExecutor executor;
   std::vector<Vec3f> position;
-  std::unique_ptr<PointBins<CpuExecutor>> bins;
+  std::unique_ptr<GridBins<CpuExecutor>> bins;
   std::vector<SiteMetric> metric;  // by slot
   std::vector<CellMoments> moments;
 
@@ -89,7 +89,7 @@ struct Diagram {
     metric.resize(sites.size());
     moments.resize(sites.size());
     const auto count = static_cast<int64_t>(sites.size());
-    bins = std::make_unique<PointBins<CpuExecutor>>(executor, barrier.extent, 1.0f);
+    bins = std::make_unique<GridBins<CpuExecutor>>(executor, barrier.extent, 1.0f);
     const BinGrid& grid = bins->Build(ArrayViewOf(position), count);
     const SiteMetricBody body{barrier.lattice.spacing,  grid.ids,          ArrayViewOf(sites),
                               ArrayViewOf(orientation), ArrayViewOf(size), ArrayViewOf(is_inside),
@@ -108,7 +108,7 @@ void BM_NearestNeighbours(benchmark::State& state) {
   const auto count = static_cast<int64_t>(position.size());
   std::vector<int32_t> neighbours(position.size() * kNeighbourCount);
   CpuExecutor executor;
-  PointBins<CpuExecutor> bins(executor, hull.box.Extent() + Vec3d{6, 6, 6}, 1.0f);
+  GridBins<CpuExecutor> bins(executor, hull.box.Extent() + Vec3d{6, 6, 6}, 1.0f);
   for (auto _ : state) {
     executor.ForEach("knn", count,
                      KnnExactBody{bins.Build(ArrayViewOf(position), count),

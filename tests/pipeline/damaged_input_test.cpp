@@ -27,7 +27,7 @@ using testing_support::BrokenLaws;
 
 constexpr uint32_t kMeshSeeds = 2;
 constexpr uint32_t kCloudSeeds = 1;
-constexpr int64_t kCells = 60;
+constexpr int64_t kDamagedCells = 60;
 constexpr size_t kPoints = 500;
 
 struct Shape {
@@ -106,7 +106,7 @@ void ExpectMissedCornersAreTold(const TriangleMesh& input, const Vec3d& origin,
 void ExpectValidOrRefused(const InputHull& hull, bool must_fail) {
   MeshingParams params;
   params.sizing.trial_count = 1;  // what the input is matters here, not how good the mesh
-  params.sizing.cell_count = kCells;
+  params.sizing.cell_count = kDamagedCells;
   params.run.backend = Backend::kCpu;
   RunContext run;
   absl::StatusOr<MeshingResult> result = Mesh(hull, params, run);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "amhex/mesher.h"
@@ -22,7 +23,6 @@ using testing_support::Polygon;
 
 constexpr double kMajorRadius = 2, kMinorRadius = 0.9;
 constexpr size_t kPoints = 4000;
-constexpr double kPi = 3.14159265358979;
 
 double DistanceToTorus(const Vec3d& p) {
   const double ring = std::hypot(p.x, p.y) - kMajorRadius;
@@ -44,7 +44,7 @@ PointCloud WithNoise(PointCloud cloud, double deviation) {
   fixtures::Chance chance(7);
   const auto normal = [&] {
     const double radius = std::sqrt(-2 * std::log(1 - chance.Unit()));
-    return radius * std::cos(2 * kPi * chance.Unit());
+    return radius * std::cos(2 * std::numbers::pi * chance.Unit());
   };
   for (Vec3d& p : cloud.points) p += Vec3d{normal(), normal(), normal()} * deviation;
   return cloud;

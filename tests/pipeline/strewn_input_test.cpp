@@ -19,7 +19,7 @@ using ::testing::AnyOf;
 using ::testing::IsEmpty;
 using testing_support::BrokenLaws;
 
-constexpr int64_t kCells = 40;
+constexpr int64_t kStrewnCells = 40;
 // Each case takes seconds of an idle machine; what is not bounded takes hours.
 constexpr std::chrono::minutes kDeadline{5};
 
@@ -81,7 +81,7 @@ class StrewnInput : public testing::TestWithParam<size_t> {};
 TEST_P(StrewnInput, EndsInAValidMeshOrAClearErrorLongBeforeTheDeadline) {
   MeshingParams params;
   params.sizing.trial_count = 1;
-  params.sizing.cell_count = kCells;
+  params.sizing.cell_count = kStrewnCells;
   params.run.backend = Backend::kCpu;
   RunContext run;
   run.SetDeadline(RunContext::Clock::now() + kDeadline);
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, StrewnInput, testing::Range(size_t{0}, StrewnCas
 
 TEST(StrewnInput, TrianglesThatAllCrossEachOtherAreRefusedWithTheEstimate) {
   MeshingParams params;
-  params.sizing.cell_count = kCells;
+  params.sizing.cell_count = kStrewnCells;
   params.run.backend = Backend::kCpu;
   RunContext run;
   const auto result = Mesh(Soup(50'000, 1), params, run);

@@ -85,7 +85,7 @@ std::vector<double> NumbersFrom(const std::string& raw) {
   return numbers;
 }
 
-absl::StatusOr<std::vector<double>> AsciiNumbers(const Element& array) {
+absl::StatusOr<std::vector<double>> AsciiVtuNumbers(const Element& array) {
   TextScanner scanner(array.text);
   std::vector<double> numbers;
   for (std::string_view word = scanner.NextWord(); !word.empty(); word = scanner.NextWord()) {
@@ -101,7 +101,7 @@ absl::StatusOr<std::vector<double>> AsciiNumbers(const Element& array) {
 
 absl::StatusOr<std::vector<double>> Numbers(const Element& array, size_t most_numbers) {
   const std::string type = array.Get("type"), format = array.Get("format");
-  if (format == "ascii") return AsciiNumbers(array);
+  if (format == "ascii") return AsciiVtuNumbers(array);
   if (format != "binary") {
     return absl::InvalidArgumentError("arrays in format " + Quoted(format) + " are not read");
   }
@@ -125,7 +125,7 @@ struct Grid {
 constexpr size_t kMostNumbersPerByte = 128;
 
 absl::Status ReadFact(const Element& array, std::vector<MeshFact>* facts) {
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<double> numbers, AsciiNumbers(array));
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<double> numbers, AsciiVtuNumbers(array));
   if (array.Get("type") != "String" && array.Get("type") != "UInt8") {
     if (numbers.size() == 1) {
       facts->push_back({array.Get("Name"), numbers.front()});

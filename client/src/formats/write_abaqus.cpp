@@ -12,7 +12,7 @@
 namespace amhex::client {
 namespace {
 
-constexpr std::array<std::pair<PrimitiveType, const char*>, 4> kElementTypes = {
+constexpr std::array<std::pair<PrimitiveType, const char*>, 4> kAbaqusTypes = {
     {{PrimitiveType::kHexahedron, "C3D8"},
      {PrimitiveType::kPrism, "C3D6"},
      {PrimitiveType::kPyramid, "C3D8"},
@@ -52,7 +52,7 @@ absl::StatusOr<std::string> FormatAbaqus(const MeshDocument& document) {
     absl::StrAppendFormat(&text, "%d, %.13g, %.13g, %.13g\n", i + 1, v.x, v.y, v.z);
   }
   size_t number = 0;
-  for (const auto& [type, name] : kElementTypes) {
+  for (const auto& [type, name] : kAbaqusTypes) {
     std::vector<VtkCell> cells = CellsOfType(mesh, type);
     if (cells.empty()) continue;
     absl::StrAppend(&text, "*ELEMENT, TYPE=", name, ", ELSET=EALL\n");

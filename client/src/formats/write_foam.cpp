@@ -61,7 +61,7 @@ void AppendFace(const Face& face, std::string* text) {
   *text += ")\n";
 }
 
-std::string Points(const AtMostHexaMesh& mesh) {
+std::string FoamPoints(const AtMostHexaMesh& mesh) {
   std::string text =
       absl::StrCat(Header("vectorField", "points", ""), mesh.vertices.size(), "\n(\n");
   for (const Vec3d& v : mesh.vertices) {
@@ -101,7 +101,7 @@ absl::StatusOr<std::vector<FoamFile>> FormatFoam(const MeshDocument& document) {
       absl::StrCat(Header("polyBoundaryMesh", "boundary", ""), "1\n(\n    hull\n    {\n",
                    "        type patch;\n        nFaces ", faces.hull.size(),
                    ";\n        startFace ", inner, ";\n    }\n)\n");
-  return std::vector<FoamFile>{{"points", Points(mesh)},
+  return std::vector<FoamFile>{{"points", FoamPoints(mesh)},
                                {"faces", face_text + ")\n"},
                                {"owner", owner + ")\n"},
                                {"neighbour", neighbour + ")\n"},

@@ -14,7 +14,7 @@ constexpr int kVolume = 1;         // the tag of the only entity
 constexpr int kPhysicalSolid = 1;  // and of the only physical group
 
 // Gmsh's numbers of element types.
-constexpr std::array<std::pair<PrimitiveType, int>, 4> kElementTypes = {
+constexpr std::array<std::pair<PrimitiveType, int>, 4> kGmshTypes = {
     {{PrimitiveType::kHexahedron, 5},
      {PrimitiveType::kPrism, 6},
      {PrimitiveType::kPyramid, 7},
@@ -46,7 +46,7 @@ absl::StatusOr<std::string> FormatGmsh(const MeshDocument& document) {
   std::string blocks;
   int block_count = 0;
   size_t tag = 0;
-  for (const auto& [type, number] : kElementTypes) {
+  for (const auto& [type, number] : kGmshTypes) {
     const std::vector<VtkCell> listed = CellsOfType(mesh, type);
     if (listed.empty()) continue;
     ++block_count;

@@ -35,7 +35,7 @@ std::string FieldArray(const MeshFact& fact) {
   return array + "\n</DataArray>\n";
 }
 
-std::string Points(const AtMostHexaMesh& mesh) {
+std::string VtuPoints(const AtMostHexaMesh& mesh) {
   std::vector<double> coordinates;
   coordinates.reserve(3 * mesh.vertices.size());
   for (const Vec3d& v : mesh.vertices) coordinates.insert(coordinates.end(), {v.x, v.y, v.z});
@@ -90,7 +90,7 @@ std::string FormatVtu(const MeshDocument& document) {
   }
   absl::StrAppend(&text, "<Piece NumberOfPoints=\"", mesh.vertices.size(), "\" NumberOfCells=\"",
                   mesh.corners.size(), "\">\n");
-  absl::StrAppend(&text, Points(mesh), Cells(mesh), CellData(document));
+  absl::StrAppend(&text, VtuPoints(mesh), Cells(mesh), CellData(document));
   return text + "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 }
 

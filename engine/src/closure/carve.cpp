@@ -37,7 +37,6 @@ constexpr double kKernelWeight = 40;
 // The least score that is still asked for may be off by rounding.
 constexpr double kDepthSlack = 1e-9;
 constexpr double kVisibleQuality = 0.12;
-constexpr double kSolidAngleTolerance = 0.1;
 
 // A star over part of a cavity, not yet applied.
 struct Carving {

@@ -15,7 +15,7 @@ namespace {
 
 // Flat tetrahedra between hull vertices lie outside if they are nearer to the hull than this.
 constexpr double kHullSliverDepth = 0.15;
-constexpr double kOnHullDistance = 0.02;
+constexpr double kSliverOnHullDistance = 0.02;
 // A tetrahedron outside may complete the one inside at the same quad if it is this near.
 constexpr double kMaxBridgeDistance = 0.3;
 // Faces deeper than this under the hull cannot become part of it.
@@ -220,7 +220,7 @@ class DelaunayFiller {
     if (!cover_.tetrahedra().IsFinite(t)) return false;
     const Vec3d centre = CentreOf(t);
     const bool all_on_hull = std::all_of(v.begin(), v.end(), [&](int32_t id) {
-      return hull_.queries->IsWithin(mesh_.vertices()[id], kOnHullDistance);
+      return hull_.queries->IsWithin(mesh_.vertices()[id], kSliverOnHullDistance);
     });
     if (all_on_hull && hull_.queries->IsWithin(centre, kHullSliverDepth)) return false;
     return hull_.queries->IsInside(centre);

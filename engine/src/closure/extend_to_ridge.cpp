@@ -29,19 +29,12 @@ constexpr std::array<int, 3> kLevellings = {0, 1, 2};
 constexpr double kLevelled = 1.2;
 // Rows are at least so high where they begin to be extended.
 constexpr double kMinRowHeight = 0.2;
-constexpr double kMinQuality = 0.1;
+constexpr double kMinRidgeQuality = 0.1;
 // Cells that closing adds for an open face (closure/rank_complexes).
 constexpr double kCellsPerOpenFace = 1.8;
 // Corners are tested for overlap this far towards the centre (closure/extrude_layer).
 constexpr double kOverlapShrink = 0.25;
 constexpr double kOverlapReach = 2.5;
-
-Vec3d CentreOf(const WorkingMesh& mesh, int cell) {
-  const CellVertices vertices = VerticesOf(mesh.corners(cell));
-  Vec3d centre;
-  for (const int32_t v : vertices) centre += mesh.vertices()[v];
-  return centre / vertices.count;
-}
 
 // What is left to be done, in cells that will be no hexahedra.
 double CostOf(const WorkingMesh& mesh) {
@@ -155,7 +148,7 @@ class Extension {
       for (int j = 0; j < 4; ++j) top.v[j] = ColumnOf(face.v[j])[k];
       const CellCorners corners = {base.v[0], base.v[1], base.v[2], base.v[3],
                                    top.v[0],  top.v[1],  top.v[2],  top.v[3]};
-      const bool is_good = CellQuality(corners, mesh_.vertices()) >= kMinQuality;
+      const bool is_good = CellQuality(corners, mesh_.vertices()) >= kMinRidgeQuality;
       const int cell = is_good ? mesh_.AddCell(corners) : -1;
       if (cell < 0) {
         Drop(row);
@@ -178,7 +171,9 @@ class Extension {
     std::vector<int> older;
     for (int cell = 0; cell < first; ++cell) {
       if (!mesh_.alive(cell)) continue;
-      if (ridge_.Closest(CentreOf(mesh_, cell), kReach + kOverlapReach).segment >= 0) {
+      if (ridge_
+              .Closest(CellCentroid(mesh_.corners(cell), mesh_.vertices()), kReach + kOverlapReach)
+              .segment >= 0) {
         older.push_back(cell);
       }
     }
@@ -192,16 +187,16 @@ class Extension {
   }
 
   bool Overlaps(int cell, const std::vector<int>& others) const {
-    const Vec3d centre = CentreOf(mesh_, cell);
+    const Vec3d centre = CellCentroid(mesh_.corners(cell), mesh_.vertices());
     return std::any_of(others.begin(), others.end(), [&](int other) {
-      return Norm(CentreOf(mesh_, other) - centre) <= kOverlapReach &&
+      return Norm(CellCentroid(mesh_.corners(other), mesh_.vertices()) - centre) <= kOverlapReach &&
              (ReachesInto(cell, other) || ReachesInto(other, cell));
     });
   }
 
   bool ReachesInto(int cell, int other) const {
     const auto& x = mesh_.vertices();
-    const Vec3d centre = CentreOf(mesh_, cell);
+    const Vec3d centre = CellCentroid(mesh_.corners(cell), mesh_.vertices());
     if (CellContains(mesh_.corners(other), x, centre)) return true;
     const CellVertices vertices = VerticesOf(mesh_.corners(cell));
     return std::any_of(vertices.begin(), vertices.end(), [&](int32_t v) {
@@ -228,13 +223,15 @@ void TakeAway(const SegmentQueries& ridge, double distance, int levellings, Work
   if (distance == 0) return;
   for (int cell = 0; cell < mesh->cell_slots(); ++cell) {
     if (!mesh->alive(cell)) continue;
-    if (ridge.Closest(CentreOf(*mesh, cell), distance).segment >= 0) mesh->RemoveCell(cell);
+    if (ridge.Closest(CellCentroid(mesh->corners(cell), mesh->vertices()), distance).segment >= 0)
+      mesh->RemoveCell(cell);
   }
   for (int round = 0; round < levellings; ++round) {
     std::vector<int> ragged;
     for (int cell = 0; cell < mesh->cell_slots(); ++cell) {
       if (!mesh->alive(cell) || !IsRagged(*mesh, cell)) continue;
-      if (ridge.Closest(CentreOf(*mesh, cell), distance + kLevelled).segment >= 0)
+      if (ridge.Closest(CellCentroid(mesh->corners(cell), mesh->vertices()), distance + kLevelled)
+              .segment >= 0)
         ragged.push_back(cell);
     }
     for (const int cell : ragged) mesh->RemoveCell(cell);

@@ -16,21 +16,21 @@ namespace {
 constexpr double kMinFaceDistance = 0.2;
 constexpr double kMaxFaceDistance = 1.45;
 constexpr double kLookStep = 0.3;
-constexpr double kMinNormalCosine = 0.5;
+constexpr double kLayerNormalCosine = 0.5;
 // A vertex this far below the sheet of the hull that a face looks at is on it; one that lies on
 // the hull already may be a little farther, as hulls are curved.
-constexpr double kOnHullDistance = 0.12;
+constexpr double kLayerOnHullDistance = 0.12;
 constexpr double kOnSheetDistance = 0.3;
 // The hull may be this far from where its tangent plane lets one expect it.
 constexpr double kMaxTargetDistance = 0.5;
 // An existing edge to the hull is taken for a column if it rises this steeply.
 constexpr double kMinColumnCosine = 0.5;
 constexpr double kMaxColumnLength = 1.9;
-constexpr double kMinQuality = 0.25;
+constexpr double kMinLayerQuality = 0.25;
 constexpr double kMaxTopDistance = 0.35;
 // Corners are tested for overlap this far towards the centre.
-constexpr double kOverlapShrink = 0.25;
-constexpr double kOverlapReach = 1.6;
+constexpr double kLayerOverlapShrink = 0.25;
+constexpr double kLayerOverlapReach = 1.6;
 
 class Extruder {
  public:
@@ -84,7 +84,7 @@ class Extruder {
   int32_t TopOf(int32_t v, const HullPoint& foot) {
     const Vec3d x = mesh_.vertices()[v];
     const double height = Dot(foot.normal, foot.point - x);
-    if (height < (on_hull_[v] ? kOnSheetDistance : kOnHullDistance)) return v;
+    if (height < (on_hull_[v] ? kOnSheetDistance : kLayerOnHullDistance)) return v;
     auto& tops = tops_[v];
     for (const int32_t top : tops) {
       if (Rises(x, mesh_.vertices()[top], foot.normal)) return top;
@@ -126,7 +126,7 @@ class Extruder {
     const Vec3d normal = FaceUnitNormal(face, mesh_.vertices());
     for (double ahead = 0; ahead < kMaxFaceDistance; ahead += kLookStep) {
       const HullPoint foot = hull_.queries->Closest(centre + normal * ahead, kMaxFaceDistance);
-      if (foot.triangle < 0 || Dot(foot.normal, normal) < kMinNormalCosine) continue;
+      if (foot.triangle < 0 || Dot(foot.normal, normal) < kLayerNormalCosine) continue;
       const double height = Dot(foot.point - centre, foot.normal);
       if (height > kMinFaceDistance && height < kMaxFaceDistance) return foot;
     }
@@ -160,7 +160,7 @@ class Extruder {
     const CellCorners corners =
         face.count == 4 ? CellCorners{v[0], v[1], v[2], v[3], top[0], top[1], top[2], top[3]}
                         : CellCorners{v[0], v[1], v[1], v[2], top[0], top[1], top[1], top[2]};
-    if (CellQuality(corners, mesh_.vertices()) < kMinQuality || Overlaps(corners)) return -1;
+    if (CellQuality(corners, mesh_.vertices()) < kMinLayerQuality || Overlaps(corners)) return -1;
     return mesh_.AddCell(corners);
   }
 
@@ -172,15 +172,15 @@ class Extruder {
     for (const int32_t v : vertices) centre += x[v];
     centre /= vertices.count;
     std::vector<Vec3d> probes = {centre};
-    for (const int32_t v : vertices) probes.push_back(x[v] + (centre - x[v]) * kOverlapShrink);
+    for (const int32_t v : vertices) probes.push_back(x[v] + (centre - x[v]) * kLayerOverlapShrink);
     bool overlaps = false;
-    cell_bins_->ForEachWithin(centre, kOverlapReach, [&](int i) {
+    cell_bins_->ForEachWithin(centre, kLayerOverlapReach, [&](int i) {
       if (overlaps || !mesh_.alive(cells_[i])) return;
       for (const Vec3d& probe : probes) {
         overlaps = overlaps || CellContains(mesh_.corners(cells_[i]), x, probe);
       }
     });
-    vertex_bins_->ForEachWithin(centre, kOverlapReach, [&](int v) {
+    vertex_bins_->ForEachWithin(centre, kLayerOverlapReach, [&](int v) {
       if (overlaps || !used_[v]) return;
       if (std::find(vertices.begin(), vertices.end(), v) != vertices.end()) return;
       overlaps = CellContains(corners, x, x[v]);
@@ -212,7 +212,7 @@ class Extruder {
     const HullPoint nearest =
         hull_.queries->Closest(FaceCentroid(face, mesh_.vertices()), kMaxTopDistance);
     return nearest.triangle >= 0 &&
-           Dot(FaceUnitNormal(face, mesh_.vertices()), nearest.normal) > kMinNormalCosine;
+           Dot(FaceUnitNormal(face, mesh_.vertices()), nearest.normal) > kLayerNormalCosine;
   }
 
   const Hull& hull_;

@@ -14,7 +14,7 @@ namespace {
 
 // Vertices of a flat notch slide along the hull once they are placed, which makes it a better
 // prism.
-constexpr double kMinQuality = 0.1;
+constexpr double kMinNotchQuality = 0.1;
 
 struct Notch {
   double quality;
@@ -106,7 +106,7 @@ class NotchFiller {
     if (f_a == g_a || f_b == g_b) return;
     const CellCorners prism = {a, f_a, f_a, g_a, b, f_b, f_b, g_b};
     const double quality = CellQuality(prism, mesh_.vertices());
-    if (quality < kMinQuality || !side_.Holds(CellFace{4, {f_b, f_a, g_a, g_b}})) return;
+    if (quality < kMinNotchQuality || !side_.Holds(CellFace{4, {f_b, f_a, g_a, g_b}})) return;
     notches->push_back({quality, prism});
   }
 

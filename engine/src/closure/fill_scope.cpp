@@ -21,13 +21,6 @@ bool Contains(const Box3d& box, const Vec3d& p, double margin) {
   return true;
 }
 
-Vec3d CentreOf(const WorkingMesh& mesh, int cell) {
-  const CellVertices vertices = VerticesOf(mesh.corners(cell));
-  Vec3d centre;
-  for (const int32_t v : vertices) centre += mesh.vertices()[v];
-  return centre / vertices.count;
-}
-
 // Sum of the outer products of a hexahedron's three mean edge vectors: the same however its axes
 // are numbered or turned.
 Eigen::Matrix3d ShapeOf(const CellCorners& c, const std::vector<Vec3d>& x) {
@@ -48,7 +41,8 @@ Eigen::Matrix3d ShapeOf(const CellCorners& c, const std::vector<Vec3d>& x) {
 
 void CellBins::AddNewCells(const WorkingMesh& mesh) {
   for (; next_cell_ < mesh.cell_slots(); ++next_cell_) {
-    if (mesh.alive(next_cell_)) cells_[BinOf(CentreOf(mesh, next_cell_))].push_back(next_cell_);
+    if (mesh.alive(next_cell_))
+      cells_[BinOf(CellCentroid(mesh.corners(next_cell_), mesh.vertices()))].push_back(next_cell_);
   }
 }
 
@@ -103,7 +97,7 @@ FillScope ScopeAroundCavity(const WorkingMesh& mesh, const CellBins& bins, const
   int hexahedra = 0;
   for (const int cell : bins.Around(box, kScopeReach)) {
     if (!mesh.alive(cell)) continue;
-    const Vec3d centre = CentreOf(mesh, cell);
+    const Vec3d centre = CellCentroid(mesh.corners(cell), mesh.vertices());
     if (!Contains(box, centre, kScopeReach)) continue;
     scope.cells.push_back(cell);
     if (mesh.is_hexahedron(cell) && Contains(box, centre, kScopeMargin)) {

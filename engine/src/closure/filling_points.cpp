@@ -12,7 +12,7 @@
 namespace amhex {
 namespace {
 
-constexpr double kReach = 1.6;            // hull points this near to an open face may be needed
+constexpr double kPointReach = 1.6;       // hull points this near to an open face may be needed
 constexpr double kMinSpacing = 0.62;      // between new points, and from existing vertices
 constexpr double kFeatureSpacing = 0.35;  // corners and sharp edges are worth shorter edges
 constexpr double kCandidateSpacing = 0.5 * kMinSpacing;
@@ -136,7 +136,7 @@ class PointAdder {
   }
 
   void TryHullPoint(const Vec3d& p, double spacing) {
-    if (!NearCavity(p, kReach) || !IsFarFromPoints(p, spacing) || IsCoveredOnHull(p)) return;
+    if (!NearCavity(p, kPointReach) || !IsFarFromPoints(p, spacing) || IsCoveredOnHull(p)) return;
     Add(p);
   }
 
@@ -155,8 +155,8 @@ class PointAdder {
   void AddHullPoints() {
     Box3d near;
     for (const Vec3d& centre : open_centres_) near.Extend(centre);
-    near.low -= Vec3d{kReach, kReach, kReach};
-    near.high += Vec3d{kReach, kReach, kReach};
+    near.low -= Vec3d{kPointReach, kPointReach, kPointReach};
+    near.high += Vec3d{kPointReach, kPointReach, kPointReach};
     for (const auto& t : hull_.triangles) {
       std::array<Vec3d, 3> corners;
       for (size_t i = 0; i < 3; ++i) corners[i] = hull_.vertices[static_cast<size_t>(t[i])];
@@ -222,7 +222,7 @@ class PointAdder {
     const Vec3d ab = corners[1] - a, ac = corners[2] - a;
     const double length = std::max({Norm(ab), Norm(ac), Norm(ac - ab)});
     const Vec3d centre = a + (ab + ac) / 3.0;
-    if (length < kLeastNeedle && !NearCavity(centre, kReach + length)) return;
+    if (length < kLeastNeedle && !NearCavity(centre, kPointReach + length)) return;
     const int steps = std::max(1, static_cast<int>(std::ceil(length / kCandidateSpacing)));
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j) {

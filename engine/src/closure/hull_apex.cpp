@@ -18,7 +18,7 @@ constexpr double kMinGain = 1e-4;
 // An apex that starts worse than this is not worth the search.
 constexpr double kHopelessStart = -0.3;
 // Triangles at the apex must look the hull's way (cosine), or the mesh folds over itself there.
-constexpr double kMinNormalCosine = 0.3;
+constexpr double kApexNormalCosine = 0.3;
 constexpr double kAngleTolerance = 0.1;
 
 // Two unit vectors that span the plane of a unit normal.
@@ -50,7 +50,7 @@ bool FollowsHullAround(const Hull& hull, const std::vector<int32_t>& loop,
     const Vec3d &a = x[loop[i]], &b = x[loop[(i + 1) % loop.size()]];
     const Vec3d inward = Normalized(Cross(b - a, apex - a));
     const HullPoint nearest = hull.queries->Closest((a + b + apex) / 3.0);
-    if (-Dot(inward, nearest.normal) < kMinNormalCosine) return false;
+    if (-Dot(inward, nearest.normal) < kApexNormalCosine) return false;
   }
   return true;
 }

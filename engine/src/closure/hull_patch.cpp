@@ -14,9 +14,10 @@ namespace {
 constexpr size_t kMaxLoopLength = 24;
 constexpr double kImpossible = 1e18;
 constexpr double kForbidden = 1e6;
-// Below this quality a cell costs kQualityWeight per unit of deficit; at kMinQuality it is refused.
+// Below this quality a cell costs kQualityWeight per unit of deficit; at kMinStarQuality it is
+// refused.
 constexpr double kGoodQuality = 0.25;
-constexpr double kMinQuality = 0.004;
+constexpr double kMinStarQuality = 0.004;
 constexpr double kQualityWeight = 60;
 constexpr double kQualitySlack = 1e-9;
 // A chord's mid point may leave the hull by this much for free.
@@ -27,7 +28,7 @@ constexpr double kFlatCosine = 0.9;
 constexpr double kFoldWeight = 10;
 // A face follows the hull if its centre is this near and the normals agree.
 constexpr double kMaxFaceSag = 0.3;
-constexpr double kMinNormalCosine = 0.3;
+constexpr double kFaceNormalCosine = 0.3;
 
 // Outside of a patch's faces, edge lengths.
 constexpr double kProbeDistance = 1e-3;
@@ -101,8 +102,8 @@ class PatchProgram {
     const auto& x = mesh_.vertices();
     // A quality at which the deficit alone costs so much; below, for rounding.
     const double hopeless = kGoodQuality - most / kQualityWeight - kQualitySlack;
-    const double quality = StarQuality(face, apex_, x, std::max(kMinQuality, hopeless));
-    if (quality <= kMinQuality || quality <= hopeless) return kForbidden;
+    const double quality = StarQuality(face, apex_, x, std::max(kMinStarQuality, hopeless));
+    if (quality <= kMinStarQuality || quality <= hopeless) return kForbidden;
     double cost = kQualityWeight * std::max(0.0, kGoodQuality - quality);
     if (face.count == 4) {
       const CellFace other{3, {face.v[0], face.v[2], face.v[3], -1}};
@@ -197,7 +198,7 @@ bool FollowsHull(const Hull& hull, const CellFace& face, const std::vector<Vec3d
   }
   const HullPoint nearest = hull.queries->Closest(FaceCentroid(face, vertices), kMaxFaceSag);
   return nearest.triangle >= 0 &&
-         -Dot(FaceUnitNormal(face, vertices), nearest.normal) > kMinNormalCosine;
+         -Dot(FaceUnitNormal(face, vertices), nearest.normal) > kFaceNormalCosine;
 }
 
 }  // namespace amhex

@@ -7,9 +7,9 @@ namespace {
 
 // A vertex this near is on the hull (closure/extrude_layer), a face whose middle is this near and
 // whose normal is this near the hull's (cosine) as well.
-constexpr double kOnHullDistance = 0.12;
+constexpr double kSideOnHullDistance = 0.12;
 constexpr double kMaxMiddleDistance = 0.35;
-constexpr double kMinNormalCosine = 0.5;
+constexpr double kSideNormalCosine = 0.5;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ HullSide::HullSide(const Hull& hull, WorkingMesh* mesh, const StopPoll& poll)
 
 bool HullSide::Holds(int32_t vertex) const {
   if (static_cast<size_t>(vertex) < on_hull_.size() && on_hull_[vertex] != 0) return true;
-  return hull_.queries->Closest(mesh_.vertices()[vertex], kOnHullDistance).triangle >= 0;
+  return hull_.queries->Closest(mesh_.vertices()[vertex], kSideOnHullDistance).triangle >= 0;
 }
 
 void HullSide::Add(int32_t vertex) {
@@ -42,7 +42,7 @@ bool HullSide::Holds(const CellFace& outward) const {
   const HullPoint nearest =
       hull_.queries->Closest(FaceCentroid(outward, mesh_.vertices()), kMaxMiddleDistance);
   return nearest.triangle >= 0 &&
-         Dot(FaceUnitNormal(outward, mesh_.vertices()), nearest.normal) > kMinNormalCosine;
+         Dot(FaceUnitNormal(outward, mesh_.vertices()), nearest.normal) > kSideNormalCosine;
 }
 
 }  // namespace amhex

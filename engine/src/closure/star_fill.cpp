@@ -27,10 +27,9 @@ constexpr double kFreePatchDistance = 0.1;
 constexpr double kFreeVertexDistance = 0.05;
 constexpr double kDistanceWeight = 15;
 // Patch normals must agree with the hull's: a patch that folds over makes the mesh overlap itself.
-constexpr double kMinNormalCosine = 0.3;
+constexpr double kPatchNormalCosine = 0.3;
 constexpr double kNormalWeight = 25;
 constexpr double kNormalCheckDistance = 0.3;
-constexpr double kSolidAngleTolerance = 0.1;
 
 double DistanceToTriangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a, ac = c - a, ap = p - a;
@@ -78,7 +77,7 @@ double PatchDeviation(const WorkingMesh& mesh, const Hull& hull, const std::vect
     cost += kDistanceWeight * std::max(0.0, nearest.distance - kFreePatchDistance);
     if (nearest.distance < kNormalCheckDistance) {
       const double cosine = -Dot(Normalized(Cross(p[1] - p[0], p[2] - p[0])), nearest.normal);
-      cost += kNormalWeight * std::max(0.0, kMinNormalCosine - cosine);
+      cost += kNormalWeight * std::max(0.0, kPatchNormalCosine - cosine);
     }
   }
   std::set<int32_t> kept, cut_off;

@@ -46,5 +46,7 @@ double ImproveApex(const std::vector<CellFace>& faces, const std::vector<Vec3d>&
 // Sum of the solid angles of the faces; 4 pi exactly if the apex sees a closed surface once.
 double SolidAngle(const std::vector<CellFace>& faces, const Vec3d& apex,
                   const std::vector<Vec3d>& vertices);
+// Such sums are of whole spheres, so that all between one and none tells them apart.
+inline constexpr double kSolidAngleTolerance = 0.1;
 
 }  // namespace amhex

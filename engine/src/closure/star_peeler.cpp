@@ -14,7 +14,6 @@ namespace {
 
 // New cells must be this good, or no worse than the worst that they replace.
 constexpr double kMinQuality = 0.1;
-constexpr double kSolidAngleTolerance = 0.1;
 
 using Walls = std::vector<CellFace>;  // a closed surface, looking in
 

@@ -47,6 +47,13 @@ Vec3d FaceCentroid(const CellFace& face, const std::vector<Vec3d>& vertices) {
   return sum / face.count;
 }
 
+Vec3d CellCentroid(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
+  const CellVertices own = VerticesOf(corners);
+  Vec3d sum;
+  for (const int32_t v : own) sum += vertices[v];
+  return sum / own.count;
+}
+
 Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
   const Vec3d& a = vertices[face.v[0]];
   return Normalized(Cross(vertices[face.v[1]] - a, vertices[face.v[2]] - a));

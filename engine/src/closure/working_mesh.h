@@ -30,6 +30,8 @@ bool HasEdge(const CellCorners& corners, int32_t a, int32_t b);
 // Reverses the orientation of a face.
 CellFace Reversed(const CellFace& face);
 Vec3d FaceCentroid(const CellFace& face, const std::vector<Vec3d>& vertices);
+// The mean of a cell\'s vertices.
+Vec3d CellCentroid(const CellCorners& corners, const std::vector<Vec3d>& vertices);
 // Unit normal of the face's first two edges.
 Vec3d FaceUnitNormal(const CellFace& face, const std::vector<Vec3d>& vertices);
 

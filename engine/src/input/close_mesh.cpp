@@ -12,6 +12,7 @@
 #include "input/rebuild_surface.h"
 #include "input/repeated_components.h"
 #include "input/surface_topology.h"
+#include "input/warn_of.h"
 
 namespace amhex {
 namespace {
@@ -25,10 +26,6 @@ constexpr double kTolerableMisboundedRatio = 0.005;
 constexpr double kShreddedAreaRatio = 0.01;
 constexpr char kComponentsTurned[] = "components turned to look outward";
 
-void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
-  if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
-}
-
 struct CleanSurface {
   EdgeAdjacency adjacency;
   int64_t loose_sheets = 0;  // left out
@@ -37,7 +34,7 @@ struct CleanSurface {
 // Joins vertices only as far as that is needed for a closed surface.
 CleanSurface CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warnings,
                               const StopPoll& poll) {
-  Note(DropUnusedVertices(mesh, poll), "vertices that no triangle uses, left out", warnings);
+  WarnOf(DropUnusedVertices(mesh, poll), "vertices that no triangle uses, left out", warnings);
   CleanCounts counts = DropEmptyAndRepeatedTriangles(mesh, poll);
   EdgeAdjacency adjacency = FindEdgeAdjacency(mesh, poll);
   for (const double tolerance : {0.0, kRoundingDistance}) {
@@ -49,13 +46,13 @@ CleanSurface CleanUntilClosed(TriangleMesh& mesh, std::vector<std::string>& warn
     counts.repeated_triangles += more.repeated_triangles;
     adjacency = FindEdgeAdjacency(mesh, poll);
   }
-  Note(counts.merged_vertices, "vertices at the same place, joined", warnings);
-  Note(counts.empty_triangles, "triangles without area, left out", warnings);
-  Note(counts.repeated_triangles, "triangles given more than once, used once", warnings);
+  WarnOf(counts.merged_vertices, "vertices at the same place, joined", warnings);
+  WarnOf(counts.empty_triangles, "triangles without area, left out", warnings);
+  WarnOf(counts.repeated_triangles, "triangles given more than once, used once", warnings);
   int64_t dropped = 0;
   if (adjacency.non_manifold_edge_count > 0) {
     dropped = DropLooseSheets(adjacency, mesh);
-    Note(dropped, "loose sheets on the surface, left out", warnings);
+    WarnOf(dropped, "loose sheets on the surface, left out", warnings);
     if (dropped > 0) adjacency = FindEdgeAdjacency(mesh);
   }
   return {std::move(adjacency), dropped};
@@ -84,13 +81,13 @@ absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std:
     return absl::InvalidArgumentError("the input's triangles all have no area");
   }
   if (adjacency.non_manifold_edge_count > 0) {
-    Note(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
+    WarnOf(adjacency.non_manifold_edge_count, "edges with more than two triangles", warnings);
     return KeptTriangles();
   }
   Components components = FindComponents(adjacency, poll);
   const int64_t repeated = DropRepeatedComponents(components, mesh, poll);
   if (repeated > 0) {
-    Note(repeated, "parts given more than once, used once", warnings);
+    WarnOf(repeated, "parts given more than once, used once", warnings);
     adjacency = FindEdgeAdjacency(mesh, poll);
     components = FindComponents(adjacency, poll);
   }
@@ -100,7 +97,7 @@ absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std:
     warnings.push_back("the surface has only one side somewhere");
     return KeptTriangles();
   }
-  Note(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
+  WarnOf(orientation.turned_count, "triangles turned to agree with their neighbours", warnings);
   // Turned triangles have their edges in another order.
   adjacency = FindEdgeAdjacency(mesh, poll);
   SplitFans(adjacency, mesh, poll);
@@ -122,8 +119,8 @@ absl::StatusOr<KeptTriangles> KeepTriangles(TriangleMesh& mesh, std::vector<std:
                                     openings == 1 ? " opening" : " openings",
                                     ", closed by the engine"));
   }
-  Note(decision.turned_components, kComponentsTurned, warnings);
-  Note(decision.dropped_components, "components that bound no volume, left out", warnings);
+  WarnOf(decision.turned_components, kComponentsTurned, warnings);
+  WarnOf(decision.dropped_components, "components that bound no volume, left out", warnings);
   DropUnusedVertices(mesh, poll);
   if (mesh.triangles.empty()) return absl::InvalidArgumentError("the input encloses no volume");
   const HullQueries queries(mesh.vertices, mesh.triangles, poll);
@@ -161,7 +158,7 @@ absl::StatusOr<ClosedSurface> CloseMesh(TriangleMesh mesh, const WantedSize& wan
   if (orientation.is_orientable) {
     poll.Now();
     const int64_t turned = TurnClosedComponents(orientation, adjacency, components, mesh);
-    if (!kept.has_turned_components) Note(turned, kComponentsTurned, surface.warnings);
+    if (!kept.has_turned_components) WarnOf(turned, kComponentsTurned, surface.warnings);
   }
   DropUnusedVertices(mesh, poll);
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface rebuilt, RebuildFromSoup(mesh, wanted, run));

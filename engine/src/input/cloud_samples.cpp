@@ -19,6 +19,7 @@
 #include "input/normal_scatter.h"
 #include "input/point_tree.h"
 #include "input/smooth_noise.h"
+#include "input/warn_of.h"
 
 namespace amhex {
 namespace {
@@ -177,10 +178,6 @@ int64_t SettleSpacing(const std::vector<Neighbourhood>& hoods, CloudSamples& sam
   return static_cast<int64_t>(hoods.size() - kept);
 }
 
-void Note(int64_t count, const char* what, std::vector<std::string>& warnings) {
-  if (count > 0) warnings.push_back(absl::StrCat(what, ": ", count));
-}
-
 // As SettleSpacing does, but among more neighbours: of the nearest few most may be outliers too.
 int64_t LeaveOutliersOut(CloudSamples& samples, const RunContext& run) {
   const PointTree tree(samples.position);
@@ -215,9 +212,9 @@ absl::Status EvenOutNoise(RunContext& run, CloudSamples& samples,
   AMHEX_ASSIGN_OR_RETURN(const int neighbours, SmoothNoise(even.normal, run, even.position));
   if (neighbours == 0) return absl::OkStatus();
   samples = std::move(even);
-  Note(outliers, kOutliersLeftOut, warnings);
-  Note(neighbours, "noise larger than the distance of the points, evened out over neighbours",
-       warnings);
+  WarnOf(outliers, kOutliersLeftOut, warnings);
+  WarnOf(neighbours, "noise larger than the distance of the points, evened out over neighbours",
+         warnings);
   return absl::OkStatus();
 }
 
@@ -237,13 +234,13 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   const bool has_normals = HasDirections(cloud);
   if (!has_normals) {
     samples.normal.assign(samples.position.size(), Vec3d{});
-    Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
+    WarnOf(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
     AMHEX_ASSIGN_OR_RETURN(samples.normal, EstimateNormals(samples.position, run));
     warnings.push_back("the cloud has no normals, estimated by the engine");
   } else {
-    Note(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
-    Note(NormalizeDirections(samples), "points without a direction, left out", warnings);
+    WarnOf(JoinEqualPoints(samples, StopPoll(run)), "points at the same place, joined", warnings);
+    WarnOf(NormalizeDirections(samples), "points without a direction, left out", warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutNoise(run, samples, warnings));
     TurnOutward(samples, warnings);
     AMHEX_RETURN_IF_ERROR(EvenOutGivenNormals(run, samples));
@@ -255,13 +252,13 @@ absl::StatusOr<CloudSamples> PrepareCloud(const PointCloud& cloud, RunContext& r
   }
   const std::vector<Neighbourhood> hoods = MeasureNeighbourhoods(samples, run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  Note(SettleSpacing(hoods, samples), kOutliersLeftOut, warnings);
+  WarnOf(SettleSpacing(hoods, samples), kOutliersLeftOut, warnings);
   if (!has_normals) {
     AMHEX_RETURN_IF_ERROR(TurnInsideOutSamples(run, samples).status());
     AMHEX_ASSIGN_OR_RETURN(const int64_t turned, HollowNestedParts(run, samples));
-    Note(turned,
-         "closed parts of the cloud within others, taken for cavities without normals to tell",
-         warnings);
+    WarnOf(turned,
+           "closed parts of the cloud within others, taken for cavities without normals to tell",
+           warnings);
   }
   return samples;
 }

@@ -14,7 +14,7 @@ namespace amhex {
 namespace {
 
 // In edge lengths. Ends nearer than a twentieth are joined: a vertex placed on the hull is told
-// from one beside it by no less (closure's kOnHullDistance is a fiftieth).
+// from one beside it by no less (closure's kSliverOnHullDistance is a fiftieth).
 constexpr double kLeastLength = 2.0;
 constexpr double kJoinedWidth = 0.05;
 // Hierarchies of triangles answer for a place by those whose boxes hold it. Of a surface of

@@ -6,7 +6,7 @@
 namespace amhex {
 namespace {
 
-constexpr size_t kProbes = 64;
+constexpr size_t kTimedProbes = 64;
 
 // The walk of HullView::WindingNumber without its sums.
 int64_t WindingSteps(const HullView& view, const Vec3d& p) {
@@ -34,7 +34,7 @@ int64_t WindingSteps(const HullView& view, const Vec3d& p) {
 double MeanWindingSteps(const HullView& view) {
   if (view.nodes.empty()) return 0;
   const auto count = static_cast<size_t>(view.triangles.size);
-  const size_t stride = std::max<size_t>(1, count / kProbes);
+  const size_t stride = std::max<size_t>(1, count / kTimedProbes);
   int64_t steps = 0, probes = 0;
   for (size_t i = 0; i < count; i += stride, ++probes) {
     steps += WindingSteps(view, view.triangles.data[i].a);

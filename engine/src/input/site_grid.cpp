@@ -15,9 +15,9 @@
 #include "base/platform.h"
 #include "base/status_macros.h"
 #include "exec/cpu_executor.h"
+#include "graph/grid_bins.h"
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
-#include "graph/point_bins.h"
 #include "input/hull_queries.h"
 #include "relax/thin_samples.h"
 
@@ -147,7 +147,7 @@ std::vector<int32_t> HopsToHull(const std::vector<Vec3d>& position, const HullSa
   CpuExecutor executor;
   const Vec3d extent = {static_cast<double>(grid.count_x), static_cast<double>(grid.count_y),
                         static_cast<double>(grid.count_z)};
-  PointBins<CpuExecutor> bins(executor, extent, kBinSize);
+  GridBins<CpuExecutor> bins(executor, extent, kBinSize);
   const ArrayView<const Vec3f> node_view{nodes.data(), node_count};
   HostBuffer<int32_t> neighbours = executor.Alloc<int32_t>(site_count * kNeighbourCount);
   executor.ForEach("find neighbours", site_count,

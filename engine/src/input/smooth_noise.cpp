@@ -32,7 +32,7 @@ constexpr double kHardlyFlatRatio = 0.66;
 // evenly spread 1.8, a wall's two sides 1, the ring around a rod 1.5.
 constexpr double kLeastKurtosis = 2.1;
 // Points whose neighbours are looked at to tell; their median decides.
-constexpr size_t kProbes = 1000;
+constexpr size_t kNoiseProbes = 1000;
 // Once moved, points have other neighbours.
 constexpr int kPasses = 2;
 // Radii from one with the most neighbours around every other point on, each with twice as many on a
@@ -157,7 +157,7 @@ class NoiseSmoother {
 // Of some thousand points evenly spread over the list.
 template <class Ask>
 std::vector<double> AskProbes(size_t count, const RunContext& run, const Ask& ask) {
-  const size_t step = (count + kProbes - 1) / kProbes;
+  const size_t step = (count + kNoiseProbes - 1) / kNoiseProbes;
   std::vector<double> answers((count + step - 1) / step);
   tbb::parallel_for(size_t{0}, answers.size(), [&](size_t probe) {
     if (!run.ShouldStop()) answers[probe] = ask(probe * step);
@@ -173,7 +173,7 @@ struct Flatness {
 // Medians.
 Flatness FlatnessWithin(const Reach& reach, const NoiseSmoother& smoother, size_t count,
                         const RunContext& run) {
-  const size_t step = (count + kProbes - 1) / kProbes;
+  const size_t step = (count + kNoiseProbes - 1) / kNoiseProbes;
   std::vector<double> kurtosis((count + step - 1) / step);
   std::vector<double> flatness = AskProbes(count, run, [&](size_t i) {
     const Plane plane = smoother.PlaneAt(i, reach);

@@ -16,6 +16,9 @@ struct VertexConstraint {
   int32_t corner = -1;  // kCorner: index into HullFeatures::corners()
 };
 
+// A vertex this near to its crease or corner is on it, edge lengths.
+inline constexpr double kOnFeature = 0.02;
+
 // A point of a vertex's constraint set and the directions in which the vertex may move there.
 struct ConstrainedPoint {
   Vec3d point;

@@ -24,9 +24,10 @@ constexpr int64_t kLeastTries = 96;
 constexpr int64_t kCellsPerTry = 50;
 // Places this near to one another may well see each other move, edge lengths.
 constexpr double kSeenAround = 7.0;
-constexpr double kFaceReach = 2.0;  // from a gap to the middle of the face that is nearest to it
+constexpr double kFaceSearchReach =
+    2.0;  // from a gap to the middle of the face that is nearest to it
 
-double DistanceTo(const CellFace& face, const std::vector<Vec3d>& at, const Vec3d& p) {
+double FaceDistance(const CellFace& face, const std::vector<Vec3d>& at, const Vec3d& p) {
   const auto to_half = [&](int a, int b, int c) {
     return Norm(ClosestPointOnTriangle(p, at[face.v[a]], at[face.v[b]], at[face.v[c]]) - p);
   };
@@ -199,8 +200,8 @@ int32_t JointDraw::CellAt(const Gap& gap) const {
   const Vec3d place = (gap.sample + gap.nearest) / 2.0;
   int32_t nearest = -1;
   double least = 1e300;
-  sampling_.face_index().VisitNear(place, kFaceReach, [&](int32_t f) {
-    const double distance = DistanceTo(complex.hull_faces[f], complex.vertices, place);
+  sampling_.face_index().VisitNear(place, kFaceSearchReach, [&](int32_t f) {
+    const double distance = FaceDistance(complex.hull_faces[f], complex.vertices, place);
     if (distance < least) least = distance, nearest = f;
   });
   if (nearest < 0) return -1;

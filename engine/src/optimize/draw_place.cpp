@@ -11,8 +11,8 @@ namespace amhex {
 namespace {
 
 constexpr int kMostSteps = 24;
-constexpr int kParts = 3;            // a step, half of it, a quarter
-constexpr double kLeastGain = 1e-2;  // a step that gains a smaller share is the last
+constexpr int kParts = 3;                 // a step, half of it, a quarter
+constexpr double kLeastLaterGain = 1e-2;  // a step that gains a smaller share is the last
 // The first one gains most: of 325 tries in which it gained a smaller share, one was worth its
 // cost.
 constexpr double kLeastFirstGain = 2e-2;
@@ -64,7 +64,8 @@ class Attempt {
       const Outcome outcome = Take(fit.Solve(damping));
       if (outcome == Outcome::kTaken) {
         NoteIfBest();
-        const double least_gain = from.total() == start_.total() ? kLeastFirstGain : kLeastGain;
+        const double least_gain =
+            from.total() == start_.total() ? kLeastFirstGain : kLeastLaterGain;
         if (now_.total() > (1 - least_gain) * from.total() &&
             now_.largest > (1 - least_gain) * from.largest) {
           break;

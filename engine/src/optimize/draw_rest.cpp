@@ -29,7 +29,7 @@ constexpr double kWorthAtLast = 4;
 // No cell that is better falls below this, and at first none below the mesh's minimum, which counts
 // up to here.
 constexpr double kLeastQuality = 0.31;
-constexpr double kMostFloor = 0.5;
+constexpr double kMostDrawingFloor = 0.5;
 
 class RestDraw {
  public:
@@ -38,7 +38,7 @@ class RestDraw {
 
   void Run(const RunContext& run) {
     const double minimum = MinimumNow(run);
-    const double floor = std::clamp(minimum, kLeastQuality, kMostFloor);
+    const double floor = std::clamp(minimum, kLeastQuality, kMostDrawingFloor);
     std::vector<Gap> places = DrawAbove(floor, run);
     if (places.empty() || floor == kLeastQuality) return;
     // The minimum is worth giving up for a mesh that is near enough everywhere, not for less.
@@ -90,7 +90,7 @@ absl::Status RegainInside(const std::vector<Vec3d>& before, Placement& placement
   if (std::find(moved.begin(), moved.end(), 1) == moved.end()) return absl::OkStatus();
   const double minimum = SummarizeQuality(placement.complex, StopPoll(run)).minimum;
   return RegainQuality(placement, moved, BoundaryVertices(placement),
-                       std::clamp(minimum, kLeastQuality, kMostFloor), run);
+                       std::clamp(minimum, kLeastQuality, kMostDrawingFloor), run);
 }
 
 }  // namespace

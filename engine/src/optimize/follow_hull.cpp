@@ -25,7 +25,7 @@ namespace {
 // Good cells give way down to the minimum, within these bounds, as when the average is raised
 // (place_vertices).
 constexpr double kLeastFloor = 0.31;
-constexpr double kMostFloor = 0.5;
+constexpr double kMostFollowingFloor = 0.5;
 // Moving vertices costs cells around; sweeps regain what they can. Single ones twice, because the
 // sweeps move the boundary too. Before and after, places are drawn jointly: before, because that
 // costs the cells less than what single vertices do.
@@ -43,7 +43,7 @@ constexpr double kStirred = 0.01;
 double FloorFor(double minimum) {
   constexpr double kSlack = 0.02;  // levels overshoot what is wanted
   if (minimum < kJointlyWanted + kSlack) return kLeastFloor;
-  return std::min(minimum, kMostFloor);
+  return std::min(minimum, kMostFollowingFloor);
 }
 
 // The placement once more, to find out on what would happen to it.

@@ -15,7 +15,6 @@ namespace {
 
 // Vertices around a gap that are tried, in edge lengths from its middle; nearest first.
 constexpr double kReach = 1.25;
-constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 constexpr size_t kMostVertices = 8;
 constexpr int kMostRounds = 3;
 // Shares of the way across a gap.
@@ -23,13 +22,12 @@ constexpr std::array<double, 3> kShares = {1.0, 0.5, 0.25};
 constexpr double kWorthwhileShare = 0.97;  // of the cost
 // What a unit of the cost is worth, in units of what cells lack to a scaled Jacobian of 1.
 constexpr double kWorth = 8;
-constexpr double kOnFeature = 0.02;  // a vertex this near to its crease or corner is on it
 // Where no vertex may move, this many around the gap, nearest first, are tried once more with the
 // vertices inside giving way, each at so many places.
 constexpr size_t kMostPressed = 3;
 constexpr size_t kPlacesPressed = 2;
 // A move across a gap is at most this long, edge lengths.
-constexpr double kLongestMove = 0.7;
+constexpr double kLongestWayAcross = 0.7;
 
 }  // namespace
 
@@ -259,7 +257,7 @@ GapChoices GapCloser::ChoicesFor(int32_t v) const {
   for (Vec3d place : Candidates(start, deviation)) {
     place = is_on_feature ? Constrain(constraint, place, view_.features).point
                           : sampling_.hull().queries->Closest(place).point;
-    if (Norm(place - start) > kLongestMove) continue;
+    if (Norm(place - start) > kLongestWayAcross) continue;
     const Deviation there = deviation.At(place, here.cost);
     if (there.cost >= kWorthwhileShare * here.cost || there.largest > allowed) continue;
     choices.places.push_back({place, there.cost});
@@ -290,7 +288,7 @@ std::vector<Vec3d> GapCloser::Candidates(const Vec3d& start,
 
 Vec3d GapCloser::NearestOnCreases(const Vec3d& p) const {
   Vec3d nearest = p;
-  double distance = kLongestMove;
+  double distance = kLongestWayAcross;
   for (int64_t c = 0; c < view_.features.creases.size; ++c) {
     const SegmentPoint hit = view_.features.creases[c].segments.Closest(p, distance);
     if (hit.segment >= 0) nearest = hit.point, distance = hit.distance;

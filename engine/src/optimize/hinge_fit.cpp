@@ -11,7 +11,7 @@ namespace amhex {
 namespace {
 
 // Which rows lack after a step is found by solving for those that do, again and again.
-constexpr int kMostRounds = 8;
+constexpr int kMostHingeRounds = 8;
 // Fits with more rows that lack are solved by coordinates. That is less work from 3 on, but up to 6
 // neither shows in a run's time.
 constexpr size_t kMostRowsPerPoint = 6;
@@ -114,7 +114,7 @@ void HingeFit::Multiply(size_t row) {
 std::vector<Vec3d> HingeFit::Solve(double damping) {
   std::vector<Vec3d> moves(point_count_);
   std::vector<size_t> active;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostHingeRounds; ++round) {
     std::vector<size_t> lacking;
     for (size_t i = 0; i < rows_.size(); ++i) {
       if (Remainder(rows_[i], moves) > 0) lacking.push_back(i);

@@ -22,9 +22,6 @@ namespace {
 constexpr double kShareOfDiagonal = 0.005;
 constexpr double kShareOfEdge = 1.0 / 6.0;
 constexpr double kFreeShare = 0.6;  // of the limit
-// Samples so far beyond the faces of a vertex may still be nearest to them.
-constexpr double kBeyondFaces = 0.35;
-constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 constexpr double kBinSize = 1.0;
 // Gaps this near to one another are the same.
 constexpr double kSameGap = 0.4;
@@ -220,7 +217,7 @@ VertexDeviation::VertexDeviation(const HullSampling& sampling, const Placement& 
   FindCreaseSamples();
 }
 
-double VertexDeviation::reach() const { return reach_ + kBeyondFaces + kFaceReach; }
+double VertexDeviation::reach() const { return reach_ + kSamplesBeyondFaces + kFaceReach; }
 
 std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const {
   const CellComplex& complex = placement_.complex;
@@ -243,7 +240,7 @@ std::vector<VertexDeviation::OtherFace> VertexDeviation::FindOtherFaces() const 
 // Those that the other faces alone bring near enough never count.
 void VertexDeviation::FindSamples(const std::vector<OtherFace>& faces) {
   const Vec3d& here = placement_.complex.vertices[vertex_];
-  const double radius = reach_ + kBeyondFaces;
+  const double radius = reach_ + kSamplesBeyondFaces;
   sampling_.point_index().VisitNear(here, radius, [&](int32_t i) {
     Sample sample{sampling_.points()[i], here, 1e300};
     if (Norm(sample.point - here) > radius) return;
@@ -288,7 +285,7 @@ bool VertexDeviation::Locate(const std::vector<OtherFace>& faces, Sample* sample
 void VertexDeviation::FindCreaseSamples() {
   const std::vector<Vec3d>& vertices = placement_.complex.vertices;
   const Vec3d& here = vertices[vertex_];
-  const double radius = reach_ + kBeyondFaces;
+  const double radius = reach_ + kSamplesBeyondFaces;
   sampling_.crease_index().VisitNear(here, radius, [&](int32_t i) {
     const Vec3d& p = sampling_.crease_points()[i];
     if (Norm(p - here) <= radius) crease_samples_.push_back({p, here, 1e300});

@@ -32,6 +32,11 @@ DeviationLimits LimitsFor(const Hull& hull);
 // vertex drawn towards it would only bend those before it.
 inline constexpr double kLostDistance = 1.0;
 
+// Samples so far beyond faces may still be nearest to them.
+inline constexpr double kSamplesBeyondFaces = 0.35;
+// From the middle of a face of the boundary to its corners, mostly.
+inline constexpr double kFaceReach = 1.0;
+
 struct Deviation {
   double largest = 0;  // distance, either way; those that do not count may be left out
   double cost = 0;     // sum over samples of the squared distance beyond DeviationLimits::free, and

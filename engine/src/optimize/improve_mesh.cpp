@@ -19,7 +19,7 @@ struct ImprovementRound {
   double quality;  // cells below this scaled Jacobian are replaced
   int depth;       // neighbours absorbed at most
 };
-constexpr ImprovementRound kRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}, {0.28, 7}};
+constexpr ImprovementRound kImprovementRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 7}, {0.28, 7}};
 
 // So many rounds first put up with cells that fold in what is left of a peeled star, and move the
 // vertices before anything is repaired: most unfold.
@@ -37,7 +37,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     return PlaceVertices(std::move(complex), with.features, run, effort, with.device);
   };
   bool is_placed = false;
-  for (size_t i = 0; i < std::size(kRounds); ++i) {
+  for (size_t i = 0; i < std::size(kImprovementRounds); ++i) {
     if (!is_placed) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
     }
@@ -54,9 +54,10 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     if (folds == StarFolds::kAllowed && complex.cells != before) {
       AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
     }
-    AMHEX_ASSIGN_OR_RETURN(
-        complex, RepairCells(complex, with.hull,
-                             {.quality = kRounds[i].quality, .depth = kRounds[i].depth}, run));
+    AMHEX_ASSIGN_OR_RETURN(complex, RepairCells(complex, with.hull,
+                                                {.quality = kImprovementRounds[i].quality,
+                                                 .depth = kImprovementRounds[i].depth},
+                                                run));
     is_placed = complex.cells == before;
   }
   AMHEX_ASSIGN_OR_RETURN(complex,

@@ -12,9 +12,6 @@
 namespace amhex {
 namespace {
 
-// Samples so far beyond faces may still be nearest to them.
-constexpr double kBeyondFaces = 0.35;
-constexpr double kFaceReach = 1.0;  // from the middle of a face to its corners, mostly
 // A vertex that is farther off the hull was not taken there by drawing: what is nearest to it need
 // not be where it belongs.
 constexpr double kMostOffHullAtFirst = 0.5;
@@ -93,7 +90,7 @@ bool JointGaps::Enter(const std::vector<int32_t>& moving) {
     own_divisions_.push_back(FaceDivisions(longest));
   }
   const Vec3d middle = (box.low + box.high) / 2.0;
-  const double reach = Norm(box.high - middle) + kBeyondFaces;
+  const double reach = Norm(box.high - middle) + kSamplesBeyondFaces;
   sampling_.face_index().VisitNear(middle, reach + kFaceReach, [&](int32_t f) {
     if (!std::binary_search(own_ids_.begin(), own_ids_.end(), f)) faces_.push_back(FaceNow(f));
   });
@@ -126,7 +123,7 @@ bool JointGaps::FindSamples(const Vec3d& middle, double reach) {
   const auto is_near = [&](const Vec3d& p) {
     return std::any_of(faces_.begin(), faces_.begin() + static_cast<int64_t>(own_ids_.size()),
                        [&](const Face& face) {
-                         const double far = face.extent + kBeyondFaces;
+                         const double far = face.extent + kSamplesBeyondFaces;
                          return SquaredNorm(p - face.middle) <= far * far;
                        });
   };

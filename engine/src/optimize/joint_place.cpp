@@ -39,7 +39,6 @@ constexpr double kFirmer = 8;
 constexpr double kMostFirmness = 64;
 constexpr double kStuckShare = 1e-3;      // of a move that is wanted, done: it is not moved at all
 constexpr double kDifferenceStep = 1e-5;  // edge lengths
-constexpr double kOnFeature = 0.02;       // a vertex this near to its crease is on it
 
 void Append(ArrayView<const int32_t> items, std::vector<int32_t>* list) {
   list->insert(list->end(), items.data, items.data + items.size);

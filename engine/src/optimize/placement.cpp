@@ -16,7 +16,6 @@ namespace amhex {
 namespace {
 
 constexpr size_t kCellsPerBlock = 64;
-constexpr float kFirstStep = 0.1F;  // edge lengths
 
 IncidenceView Viewed(const Incidence& incidence) {
   return {ArrayViewOf(incidence.begin), ArrayViewOf(incidence.item)};
@@ -55,7 +54,7 @@ PlacementView ViewOf(Placement& placement) {
 }
 
 SweepMemory StartSweeps(int64_t vertex_count) {
-  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstStep)};
+  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstSweepStep)};
 }
 
 SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& run) {

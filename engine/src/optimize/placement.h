@@ -45,6 +45,9 @@ Placement PreparePlacement(CellComplex& complex, const HullFeatures& features,
 // The placement's own arrays, as they are now.
 PlacementView ViewOf(Placement& placement);
 
+// What vertices try first, edge lengths.
+inline constexpr float kFirstSweepStep = 0.1F;
+
 // Which vertices a later sweep need not look at, and how far each moved last.
 struct SweepMemory {
   std::vector<uint8_t> active;  // [vertex_count]

@@ -16,10 +16,9 @@ namespace {
 // A Newton step of an exponential is one part in its steepness: from folding to the floor takes
 // many.
 constexpr int kRaisingSweeps = 40;
-constexpr int kAverageSweeps = 5;
+constexpr int kAveragingSweeps = 5;
 constexpr double kTarget = 0.5;  // only cells below this are raised, above the floor
 constexpr CornerPenalty kRaisingPenalty = {.knee = 0.36, .steepness = 60};
-constexpr float kFirstStep = 0.1F;
 // The faces at the vertex may turn this far from the hull (cosine), as in any move (move_judge).
 constexpr double kMinNormalAgreement = 0.3;
 
@@ -31,7 +30,7 @@ VertexPress::VertexPress(Placement& placement, double floor)
       floor_(floor),
       active_(placement.complex.vertices.size(), 1),
       moved_(placement.complex.vertices.size(), 0),
-      step_(placement.complex.vertices.size(), kFirstStep),
+      step_(placement.complex.vertices.size(), kFirstSweepStep),
       is_touched_(placement.complex.cells.size(), 0) {}
 
 bool VertexPress::Run(int32_t vertex, const Vec3d& place, double most_loss,
@@ -80,7 +79,7 @@ const std::vector<int32_t>& VertexPress::CellsAround(int32_t vertex) {
 bool VertexPress::Settle(const Bounds& bounds) {
   Sweep({QualityAim::kMinimum, kTarget, floor_, kRaisingPenalty}, kRaisingSweeps);
   if (Least() < bounds.least || !NoneFolds()) return false;
-  Sweep({QualityAim::kAverage, kAverageTarget, floor_, kLooseBound}, kAverageSweeps);
+  Sweep({QualityAim::kAverage, kAverageTarget, floor_, kLooseBound}, kAveragingSweeps);
   return Lack() <= bounds.most_lack;
 }
 
@@ -131,7 +130,7 @@ void VertexPress::Sweep(const SweepRules& rules, int count) {
                           {step_.data(), vertex_count},
                           {moved_.data(), vertex_count}};
   for (const int32_t v : inner_) {
-    step_[v] = kFirstStep;
+    step_[v] = kFirstSweepStep;
     active_[v] = 1;
   }
   for (int i = 0; i < count; ++i) {

@@ -22,7 +22,8 @@ constexpr int kMostLevels = 12;
 constexpr double kLevelGain = 0.004;  // a level that gains less is the last
 constexpr double kReached = 0.002;    // a level this near to its aim is done
 constexpr int kMostSteps = 12;        // of a level
-constexpr double kLeastGain = 1e-3;   // a step that gains a smaller share of the sum is the last
+constexpr double kLeastJointGain =
+    1e-3;  // a step that gains a smaller share of the sum is the last
 // The damping is in units of a squared slope: a corner's scaled Jacobian changes by about 1 per
 // edge length.
 constexpr double kFirstDamping = 0.03;
@@ -53,7 +54,7 @@ double RaiseTo(double aim, const RunContext& run, JointPlace* place) {
       }
       continue;
     }
-    const bool is_last = then.lack > (1 - kLeastGain) * now.lack;
+    const bool is_last = then.lack > (1 - kLeastJointGain) * now.lack;
     now = std::move(then);
     if (is_last) break;
     damping = std::max(kLeastDamping, damping * kEasier);

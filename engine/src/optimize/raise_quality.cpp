@@ -21,7 +21,7 @@ namespace amhex {
 namespace {
 
 constexpr size_t kCellsPerBlock = 1024;
-constexpr size_t kVerticesPerBlock = 2048;
+constexpr size_t kActivePerBlock = 2048;
 
 SweepVisits VisitsOf(Placement& placement, const SweepRules& rules, SweepMemory& memory,
                      std::vector<uint8_t>& moved) {
@@ -34,7 +34,7 @@ int64_t CountWanted(Placement& placement, const SweepRules& rules, SweepMemory& 
   std::vector<uint8_t> none;
   const SweepVisits sweep = VisitsOf(placement, rules, memory, none);
   return tbb::parallel_reduce(
-      tbb::blocked_range<size_t>(0, memory.active.size(), kVerticesPerBlock), int64_t{0},
+      tbb::blocked_range<size_t>(0, memory.active.size(), kActivePerBlock), int64_t{0},
       [&](const tbb::blocked_range<size_t>& range, int64_t wanted) {
         for (size_t v = range.begin(); v < range.end(); ++v) {
           wanted += sweep.Wants(static_cast<int32_t>(v)) ? 1 : 0;

@@ -17,7 +17,7 @@
 namespace amhex {
 namespace {
 
-constexpr double kSampleSpacing = 1.0 / 3.0;  // edge lengths
+constexpr double kSurfaceSpacing = 1.0 / 3.0;  // edge lengths
 constexpr size_t kMaxInputPoints = 1'000'000;
 
 void SumUpCells(const AtMostHexaMesh& mesh, const StopPoll& poll, DeviceUse* device,
@@ -72,7 +72,7 @@ double ShortestEdge(const AtMostHexaMesh& mesh, const StopPoll& poll) {
 
 // The input's own points, thinned evenly where there are very many.
 std::vector<Vec3d> InputSamples(const Hull& hull) {
-  std::vector<Vec3d> samples = SampleSurface(hull.vertices, hull.triangles, kSampleSpacing);
+  std::vector<Vec3d> samples = SampleSurface(hull.vertices, hull.triangles, kSurfaceSpacing);
   const size_t stride = 1 + hull.input_points.size() / kMaxInputPoints;
   for (size_t i = 0; i < hull.input_points.size(); i += stride) {
     samples.push_back(hull.input_points[i]);
@@ -86,7 +86,7 @@ void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const
   const double diagonal = hull.box.Diagonal();
   if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
   std::vector<Vec3d> mesh_samples =
-      SampleSurface(boundary.vertices, boundary.triangles, kSampleSpacing);
+      SampleSurface(boundary.vertices, boundary.triangles, kSurfaceSpacing);
   mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
   const DistanceSummary to_input =
       DistanceToSurface(mesh_samples, HullAsker(*hull.queries, device, poll));

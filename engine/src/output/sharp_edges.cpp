@@ -11,7 +11,7 @@ namespace amhex {
 namespace {
 
 // Edge lengths.
-constexpr double kSampleSpacing = 0.25;
+constexpr double kSharpEdgeSpacing = 0.25;
 
 SegmentQueries BoundaryEdges(const std::vector<BoundaryFace>& boundary,
                              const std::vector<Vec3d>& vertices) {
@@ -42,7 +42,7 @@ SharpEdgeDeviation MeasureSharpEdges(const Hull& hull, const std::vector<Boundar
     const Vec3d& a = hull.vertices[edge.vertex_a];
     const Vec3d along = hull.vertices[edge.vertex_b] - a;
     const double length = Norm(along);
-    const int count = std::max(1, static_cast<int>(std::ceil(length / kSampleSpacing)));
+    const int count = std::max(1, static_cast<int>(std::ceil(length / kSharpEdgeSpacing)));
     for (int k = 0; k < count; ++k) {
       const Vec3d sample = a + along * ((k + 0.5) / count);
       const double distance = edges.Closest(sample, hull.box.Diagonal()).distance;

@@ -23,18 +23,13 @@ constexpr int64_t kPiecesPerBlock = 1024;
 // A hexahedron is five or six tetrahedra; slivers between them make it more.
 constexpr size_t kMostAtoms = 20;
 
-CellFace Representative(const CellFace& face) {
-  const CellFace canonical = CanonicalHalfFace(face);
-  return StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical);
-}
-
 // The faces the search walks on: those of all atoms that may be merged, and the merged quads.
 std::vector<CellFace> FacesToSearch(const BrokenVolume& volume,
                                     const std::vector<CellFace>& quads) {
   std::vector<CellFace> faces = quads;
   for (const CellCorners& atom : volume.cells) {
     if (RecognizeCell(atom) == PrimitiveType::kHexahedron) continue;
-    for (const CellFace& face : FacesOf(atom)) faces.push_back(Representative(face));
+    for (const CellFace& face : FacesOf(atom)) faces.push_back(StandingHalfFace(face));
   }
   tbb::parallel_sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());

@@ -25,16 +25,11 @@ struct EdgeTriangle {
   }
 };
 
-CellFace Representative(const CellFace& face) {
-  const CellFace canonical = CanonicalHalfFace(face);
-  return StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical);
-}
-
 std::vector<CellFace> TrianglesOf(const BrokenVolume& volume) {
   std::vector<CellFace> triangles;
   for (const CellCorners& cell : volume.cells) {
     for (const CellFace& face : FacesOf(cell)) {
-      if (face.count == 3) triangles.push_back(Representative(face));
+      if (face.count == 3) triangles.push_back(StandingHalfFace(face));
     }
   }
   tbb::parallel_sort(triangles.begin(), triangles.end());
@@ -45,7 +40,7 @@ std::vector<CellFace> TrianglesOf(const BrokenVolume& volume) {
 std::vector<CellFace> HullTriangles(const BrokenVolume& volume) {
   std::vector<CellFace> triangles;
   for (const CellFace& face : volume.boundary) {
-    if (face.count == 3) triangles.push_back(Representative(face));
+    if (face.count == 3) triangles.push_back(StandingHalfFace(face));
   }
   std::sort(triangles.begin(), triangles.end());
   return triangles;
@@ -99,7 +94,7 @@ std::vector<CellFace> FindMergedQuads(const BrokenVolume& volume, const QuadLimi
         const auto [a, b] = sides[i].edge;
         const CellFace quad = {4, {a, sides[i].apex, b, sides[j].apex}};
         const FairQuad& fair = sides[i].on_hull ? on_hull : inside;
-        if (IsFair(quad, volume.vertices, fair)) quads.push_back(Representative(quad));
+        if (IsFair(quad, volume.vertices, fair)) quads.push_back(StandingHalfFace(quad));
       }
     }
   }

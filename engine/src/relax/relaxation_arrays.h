@@ -7,9 +7,9 @@
 
 #include "base/quat.h"
 #include "exec/executor.h"
+#include "graph/grid_bins.h"
 #include "graph/knn_graph.h"
 #include "graph/n6_body.h"
-#include "graph/point_bins.h"
 #include "relax/cell_moments.h"
 #include "relax/relaxation_state.h"
 #include "relax/relaxation_task.h"
@@ -106,8 +106,8 @@ int64_t RelaxationBytes(const RelaxationTask& task) {
   const float bin_size = BinSizeFor(extent);
   int64_t sum = bytes(task.barrier.tile_side) + bytes(task.barrier.inside_mask) +
                 bytes(task.items) + bytes(task.sample_position) + bytes(task.sample_normal);
-  sum += PointBins<E>::Bytes(extent, bin_size, capacity);
-  sum += PointBins<E>::Bytes(extent, bin_size, sample_count);
+  sum += GridBins<E>::Bytes(extent, bin_size, capacity);
+  sum += GridBins<E>::Bytes(extent, bin_size, sample_count);
   RelaxationArrays<E> arrays;
   arrays.VisitAll(capacity, [&](auto& array, int64_t count) {
     sum += count * static_cast<int64_t>(sizeof(*array.View().data));
@@ -116,7 +116,7 @@ int64_t RelaxationBytes(const RelaxationTask& task) {
     // Sites and samples as one graph: position, frame, two hop distances.
     constexpr int64_t kNodeBytes = sizeof(Vec3f) + sizeof(Quatf) + 2 * sizeof(int32_t);
     const int64_t node_count = site_count + sample_count;
-    sum += kNodeBytes * node_count + PointBins<E>::Bytes(extent, bin_size, node_count);
+    sum += kNodeBytes * node_count + GridBins<E>::Bytes(extent, bin_size, node_count);
   }
   return sum;
 }

@@ -8,11 +8,11 @@
 
 #include "exec/executor.h"
 #include "exec/uploaded_arrays.h"
+#include "graph/grid_bins.h"
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
 #include "graph/n6_body.h"
 #include "graph/nearest_search.h"
-#include "graph/point_bins.h"
 #include "orientation/align_body.h"
 #include "orientation/propagate_body.h"
 #include "relax/label_tiles.h"
@@ -170,7 +170,7 @@ class Relaxation {
     const auto node_count = static_cast<int64_t>(nodes.size());
     const Array<Vec3f> node_position = Uploaded(executor_, nodes);
     Array<Quatf> node_orientation = Uploaded(executor_, frames);
-    PointBins<E> bins(executor_, task_.barrier.extent, BinSizeFor(task_.barrier.extent));
+    GridBins<E> bins(executor_, task_.barrier.extent, BinSizeFor(task_.barrier.extent));
     executor_.ForEach("find neighbours among sites and samples", site_count,
                       KnnExactBody{bins.Build(node_position.View(), node_count),
                                    node_position.View(), arrays_.neighbours.View()});
@@ -356,8 +356,8 @@ class Relaxation {
   float largest_size_ = 1.0f;
   BarrierView barrier_;
   RelaxationArrays<E> arrays_;
-  PointBins<E> site_bins_;
-  PointBins<E> sample_bins_;
+  GridBins<E> site_bins_;
+  GridBins<E> sample_bins_;
   TileLabeller<E> labeller_;
   Array<int32_t> tile_side_;
   Array<uint32_t> inside_mask_;

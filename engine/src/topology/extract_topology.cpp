@@ -59,10 +59,7 @@ absl::Status IndexFaces(const MergedCubes& cubes, const RunContext& context,
 }
 
 void AppendFaces(const CellCorners& corners, std::vector<CellFace>* faces) {
-  for (const CellFace& face : FacesOf(corners)) {
-    const CellFace canonical = CanonicalHalfFace(face);
-    faces->push_back(StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical));
-  }
+  for (const CellFace& face : FacesOf(corners)) faces->push_back(StandingHalfFace(face));
 }
 
 void SortUnique(std::vector<CellFace>* faces) {

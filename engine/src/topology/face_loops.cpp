@@ -7,19 +7,19 @@
 namespace amhex {
 namespace {
 
-constexpr int64_t kVerticesPerBlock = 1024;
+constexpr int64_t kFaceLoopStartsPerBlock = 1024;
 
 }  // namespace
 
 absl::Status FindTriangles(const EdgeNetwork& network, const RunContext& context,
                            std::vector<CellFace>* triangles) {
-  return CollectItems(network.vertex_count(), kVerticesPerBlock, context,
+  return CollectItems(network.vertex_count(), kFaceLoopStartsPerBlock, context,
                       TriangleSearch{network.view()}, triangles);
 }
 
 absl::Status FindQuads(const EdgeNetwork& network, const RunContext& context,
                        std::vector<CellFace>* quads) {
-  return CollectItems(network.vertex_count(), kVerticesPerBlock, context,
+  return CollectItems(network.vertex_count(), kFaceLoopStartsPerBlock, context,
                       QuadSearch{network.view()}, quads);
 }
 

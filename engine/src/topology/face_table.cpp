@@ -8,11 +8,6 @@
 namespace amhex {
 namespace {
 
-CellFace StoredDirection(const CellFace& face) {
-  const CellFace canonical = CanonicalHalfFace(face);
-  return StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical);
-}
-
 // Counting sort by smallest vertex; `first` becomes the rows' offsets.
 std::vector<CellFace> SortIntoRows(const std::vector<CellFace>& faces,
                                    std::vector<int32_t>* first) {
@@ -23,7 +18,7 @@ std::vector<CellFace> SortIntoRows(const std::vector<CellFace>& faces,
   for (size_t v = 1; v < first->size(); ++v) (*first)[v] += (*first)[v - 1];
   std::vector<int32_t> next(first->begin(), first->end() - 1);
   std::vector<CellFace> rows(faces.size());
-  for (const CellFace& face : faces) rows[next[smallest(face)]++] = StoredDirection(face);
+  for (const CellFace& face : faces) rows[next[smallest(face)]++] = StandingHalfFace(face);
   return rows;
 }
 

@@ -8,4 +8,9 @@ CellFace CanonicalHalfFace(const CellFace& face) { return FromSmallest(face); }
 
 CellFace OppositeHalfFace(const CellFace& face) { return BackwardsFromSmallest(face); }
 
+CellFace StandingHalfFace(const CellFace& face) {
+  const CellFace canonical = CanonicalHalfFace(face);
+  return StandsForFace(canonical) ? canonical : OppositeHalfFace(canonical);
+}
+
 }  // namespace amhex

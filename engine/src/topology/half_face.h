@@ -23,6 +23,9 @@ inline bool StandsForFace(const CellFace& canonical) {
   return canonical.v[1] < canonical.v[canonical.count - 1];
 }
 
+// The direction that stands for the face of a half-face, canonical.
+CellFace StandingHalfFace(const CellFace& face);
+
 // Lexicographic by the four ids; a triangle (fourth id -1) comes before the quads it starts.
 inline bool operator<(const CellFace& a, const CellFace& b) { return a.v < b.v; }
 inline bool operator==(const CellFace& a, const CellFace& b) { return a.v == b.v; }

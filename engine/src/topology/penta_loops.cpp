@@ -5,13 +5,13 @@
 namespace amhex {
 namespace {
 
-constexpr int64_t kVerticesPerBlock = 256;
+constexpr int64_t kPentaLoopStartsPerBlock = 256;
 
 }  // namespace
 
 absl::Status FindPentaLoops(const EdgeNetwork& network, const RunContext& context,
                             std::vector<PentaLoop>* loops) {
-  return CollectItems(network.vertex_count(), kVerticesPerBlock, context,
+  return CollectItems(network.vertex_count(), kPentaLoopStartsPerBlock, context,
                       PentaLoopSearch{network.view()}, loops);
 }
 

@@ -20,10 +20,10 @@ using testing_support::WedgeComplex;
 
 constexpr double kDegrees = 20;
 constexpr double kBegin = 1.6;
-constexpr GridSize kSize = {4, 5, 2};
+constexpr GridSize kRidgeSize = {4, 5, 2};
 
 Hull WedgeHull(double degrees) {
-  return HullOfMesh(fixtures::MakeWedge(degrees, kBegin + kSize.nx, kSize.ny));
+  return HullOfMesh(fixtures::MakeWedge(degrees, kBegin + kRidgeSize.nx, kRidgeSize.ny));
 }
 
 void ExpectHexahedraUpToTheRidge(const WorkingMesh& mesh, const Hull& hull) {
@@ -41,12 +41,12 @@ void ExpectHexahedraUpToTheRidge(const WorkingMesh& mesh, const Hull& hull) {
   }
   EXPECT_GT(nearest, 0.05);
   EXPECT_LT(nearest, 0.16);  // a sixth of an edge length may be missed
-  EXPECT_NEAR(volume, hull.volume, 0.02 * kSize.ny);
+  EXPECT_NEAR(volume, hull.volume, 0.02 * kRidgeSize.ny);
 }
 
 TEST(ExtendToRidges, LeadsRowsToJustBeforeTheEdge) {
   const Hull hull = WedgeHull(kDegrees);
-  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kSize));
+  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kRidgeSize));
   EXPECT_EQ(mesh.OpenFaces().size(), 10u);
   EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 1);
   ExpectHexahedraUpToTheRidge(mesh, hull);
@@ -54,9 +54,9 @@ TEST(ExtendToRidges, LeadsRowsToJustBeforeTheEdge) {
 
 TEST(ExtendToRidges, TakesCellsAwayThatStandOut) {
   const Hull hull = WedgeHull(kDegrees);
-  CellComplex complex = WedgeComplex(kDegrees, kBegin, kSize);
+  CellComplex complex = WedgeComplex(kDegrees, kBegin, kRidgeSize);
   WorkingMesh mesh(complex);
-  for (int y = 0; y < kSize.ny; ++y) mesh.RemoveCell(y * kSize.nx);  // of the lower layer
+  for (int y = 0; y < kRidgeSize.ny; ++y) mesh.RemoveCell(y * kRidgeSize.nx);  // of the lower layer
   EXPECT_EQ(mesh.OpenFaces().size(), 15u);
   EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 1);
   ExpectHexahedraUpToTheRidge(mesh, hull);
@@ -64,15 +64,16 @@ TEST(ExtendToRidges, TakesCellsAwayThatStandOut) {
 
 TEST(ExtendToRidges, FillsNoTipInPart) {
   // Twice as wide as the cells: rows would leave their sides open in the middle of the tip.
-  const Hull hull = HullOfMesh(fixtures::MakeWedge(kDegrees, kBegin + kSize.nx, 2 * kSize.ny));
-  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kSize));
+  const Hull hull =
+      HullOfMesh(fixtures::MakeWedge(kDegrees, kBegin + kRidgeSize.nx, 2 * kRidgeSize.ny));
+  WorkingMesh mesh(WedgeComplex(kDegrees, kBegin, kRidgeSize));
   EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 0);
   EXPECT_EQ(mesh.OpenFaces().size(), 10u);
 }
 
 TEST(ExtendToRidges, LeavesBluntEdgesAlone) {
   const Hull hull = WedgeHull(60);
-  WorkingMesh mesh(WedgeComplex(60, kBegin, kSize));
+  WorkingMesh mesh(WedgeComplex(60, kBegin, kRidgeSize));
   EXPECT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 0);
   EXPECT_EQ(mesh.OpenFaces().size(), 10u);
 }

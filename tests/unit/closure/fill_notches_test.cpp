@@ -13,13 +13,13 @@ using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::HullOfMesh;
 
-constexpr GridSize kSize = {4, 3, 2};
+constexpr GridSize kNotchSize = {4, 3, 2};
 
 // Two layers, of which the upper one begins at x = 2.
 WorkingMesh StepMesh() {
-  WorkingMesh mesh(GridComplex(kSize));
-  for (int y = 0; y < kSize.ny; ++y) {
-    for (int x = 0; x < 2; ++x) mesh.RemoveCell((kSize.ny + y) * kSize.nx + x);
+  WorkingMesh mesh(GridComplex(kNotchSize));
+  for (int y = 0; y < kNotchSize.ny; ++y) {
+    for (int x = 0; x < 2; ++x) mesh.RemoveCell((kNotchSize.ny + y) * kNotchSize.nx + x);
   }
   for (const CellFace& face : mesh.OpenFaces()) {
     if (FaceCentroid(face, mesh.vertices()).x < 1) mesh.MarkHull(face);
@@ -30,12 +30,12 @@ WorkingMesh StepMesh() {
 TEST(FillNotches, EndsALayerInARowOfPrisms) {
   // It rises from (1, 1) to (2, 2).
   const Hull hull = HullOfMesh(
-      fixtures::MakeExtruded({{1, 1}, {0, 1}, {0, 0}, {4, 0}, {4, 2}, {2, 2}}, kSize.ny));
+      fixtures::MakeExtruded({{1, 1}, {0, 1}, {0, 0}, {4, 0}, {4, 2}, {2, 2}}, kNotchSize.ny));
   ASSERT_NEAR(hull.volume, 3 * 6.5, 1e-12);
   WorkingMesh mesh = StepMesh();
   EXPECT_EQ(mesh.OpenFaces().size(), 6u);
   const int before = mesh.cell_slots();
-  EXPECT_EQ(FillNotches(hull, &mesh), kSize.ny);
+  EXPECT_EQ(FillNotches(hull, &mesh), kNotchSize.ny);
   EXPECT_FALSE(mesh.HasOpenFaces());
   for (int cell = before; cell < mesh.cell_slots(); ++cell) {
     EXPECT_EQ(mesh.type(cell), PrimitiveType::kPrism);
@@ -44,7 +44,7 @@ TEST(FillNotches, EndsALayerInARowOfPrisms) {
 }
 
 TEST(FillNotches, LeavesThoseBelowTheHullAlone) {
-  const Hull hull = GridHull(kSize, 0.5);
+  const Hull hull = GridHull(kNotchSize, 0.5);
   WorkingMesh mesh = StepMesh();
   EXPECT_EQ(FillNotches(hull, &mesh), 0);
   EXPECT_EQ(mesh.OpenFaces().size(), 6u);
@@ -52,7 +52,7 @@ TEST(FillNotches, LeavesThoseBelowTheHullAlone) {
 
 TEST(FillNotches, LeavesRowsAloneThatWouldOpenAsManyFaces) {
   const Hull hull = HullOfMesh(
-      fixtures::MakeExtruded({{1, 1}, {0, 1}, {0, 0}, {4, 0}, {4, 2}, {2, 2}}, kSize.ny));
+      fixtures::MakeExtruded({{1, 1}, {0, 1}, {0, 0}, {4, 0}, {4, 2}, {2, 2}}, kNotchSize.ny));
   WorkingMesh mesh = StepMesh();
   // Only the middle of three notches is left, and its prism would stand alone.
   for (const CellFace& face : mesh.OpenFaces()) {

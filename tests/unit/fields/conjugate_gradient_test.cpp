@@ -8,7 +8,7 @@
 namespace amhex::fields {
 namespace {
 
-constexpr int kUnknowns = 10003;  // fills neither the last lanes nor the last block of a sum
+constexpr int kChainLength = 10003;  // fills neither the last lanes nor the last block of a sum
 
 // A chain of springs, each end tied down.
 LinearSystem Chain() {
@@ -17,10 +17,10 @@ LinearSystem Chain() {
     for (int64_t i = begin; i < end; ++i) {
       product[i] = 2.1F * x[i];
       if (i > 0) product[i] -= x[i - 1];
-      if (i + 1 < kUnknowns) product[i] -= x[i + 1];
+      if (i + 1 < kChainLength) product[i] -= x[i + 1];
     }
   };
-  system.inverse_diagonal = [] { return std::vector<float>(kUnknowns, 1 / 2.1F); };
+  system.inverse_diagonal = [] { return std::vector<float>(kChainLength, 1 / 2.1F); };
   return system;
 }
 
@@ -28,17 +28,17 @@ std::vector<float> SolveChain(int threads) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           threads);
   const RunContext run;
-  std::vector<float> rhs(kUnknowns), x(kUnknowns, 0.0F);
-  for (int i = 0; i < kUnknowns; ++i) rhs[i] = static_cast<float>(i % 17);
+  std::vector<float> rhs(kChainLength), x(kChainLength, 0.0F);
+  for (int i = 0; i < kChainLength; ++i) rhs[i] = static_cast<float>(i % 17);
   EXPECT_TRUE(SolveConjugateGradient(Chain(), rhs, {1000, 1e-5}, run, &x).ok());
   return x;
 }
 
 TEST(ConjugateGradient, SolvesUpToTheTolerance) {
   const std::vector<float> x = SolveChain(1);
-  std::vector<float> product(kUnknowns);
-  Chain().apply(0, 0, kUnknowns, x.data(), product.data());
-  for (int i = 0; i < kUnknowns; ++i) EXPECT_NEAR(product[i], i % 17, 0.02);
+  std::vector<float> product(kChainLength);
+  Chain().apply(0, 0, kChainLength, x.data(), product.data());
+  for (int i = 0; i < kChainLength; ++i) EXPECT_NEAR(product[i], i % 17, 0.02);
 }
 
 TEST(ConjugateGradient, GivesTheSameBitsOnOneAndOnFourThreads) {
@@ -46,12 +46,12 @@ TEST(ConjugateGradient, GivesTheSameBitsOnOneAndOnFourThreads) {
 }
 
 // The same chain with its springs' even ends before the odd ones, which follow from them.
-constexpr int kEven = (kUnknowns + 1) / 2;
+constexpr int kEven = (kChainLength + 1) / 2;
 int EndOf(int number) { return number < kEven ? 2 * number : 2 * (number - kEven) + 1; }
 int NumberOf(int end) { return end % 2 == 0 ? end / 2 : kEven + end / 2; }
 float SumBeside(int number, const float* x) {
   const int end = EndOf(number);
-  return (end > 0 ? x[NumberOf(end - 1)] : 0) + (end + 1 < kUnknowns ? x[NumberOf(end + 1)] : 0);
+  return (end > 0 ? x[NumberOf(end - 1)] : 0) + (end + 1 < kChainLength ? x[NumberOf(end + 1)] : 0);
 }
 LinearSystem HalvedChain() {
   LinearSystem system = Chain();
@@ -60,7 +60,7 @@ LinearSystem HalvedChain() {
       product[i] = 2.1F * x[i] - SumBeside(i, x);
     }
   };
-  system.completed_count = kUnknowns - kEven;
+  system.completed_count = kChainLength - kEven;
   system.complete = [](int64_t begin, int64_t end, const float* right_side, float* x) {
     for (auto i = static_cast<int>(kEven + begin); i < kEven + end; ++i) {
       x[i] = ((right_side != nullptr ? right_side[i] : 0) + SumBeside(i, x)) / 2.1F;
@@ -71,8 +71,8 @@ LinearSystem HalvedChain() {
 
 TEST(ConjugateGradient, SolvesForHalfOfWhatIsCoupledWithTheOtherHalfOnlyInHalfTheIterations) {
   const RunContext run;
-  std::vector<float> rhs(kUnknowns), of_halves(kUnknowns);
-  for (int i = 0; i < kUnknowns; ++i) {
+  std::vector<float> rhs(kChainLength), of_halves(kChainLength);
+  for (int i = 0; i < kChainLength; ++i) {
     rhs[i] = static_cast<float>(i % 17);
     of_halves[NumberOf(i)] = rhs[i];
   }
@@ -81,12 +81,12 @@ TEST(ConjugateGradient, SolvesForHalfOfWhatIsCoupledWithTheOtherHalfOnlyInHalfTh
   const auto half = SolveConjugateGradient(HalvedChain(), of_halves, {1000, 1e-5}, run, &halved);
   ASSERT_TRUE(whole.ok() && half.ok());
   EXPECT_NEAR(*half, *whole / 2.0, 2);
-  for (int i = 0; i < kUnknowns; ++i) EXPECT_NEAR(halved[NumberOf(i)], x[i], 0.01);
+  for (int i = 0; i < kChainLength; ++i) EXPECT_NEAR(halved[NumberOf(i)], x[i], 0.01);
 }
 
 TEST(ConjugateGradient, WhatFollowsIsThereWhereNothingIsLeftToSolve) {
   const RunContext run;
-  std::vector<float> of_halves(kUnknowns, 0.0F), x;
+  std::vector<float> of_halves(kChainLength, 0.0F), x;
   const auto none = SolveConjugateGradient(HalvedChain(), of_halves, {0, 1e-5}, run, &x);
   of_halves[kEven] = 2.1F;
   x.clear();
@@ -97,20 +97,20 @@ TEST(ConjugateGradient, WhatFollowsIsThereWhereNothingIsLeftToSolve) {
 
 TEST(ConjugateGradient, LeavesAnExactSolutionAlone) {
   const RunContext run;
-  std::vector<float> x(kUnknowns, 0.0F);
+  std::vector<float> x(kChainLength, 0.0F);
   const auto iterations =
-      SolveConjugateGradient(Chain(), std::vector<float>(kUnknowns, 0.0F), {10, 1e-5}, run, &x);
+      SolveConjugateGradient(Chain(), std::vector<float>(kChainLength, 0.0F), {10, 1e-5}, run, &x);
   ASSERT_TRUE(iterations.ok());
   EXPECT_EQ(*iterations, 0);
-  EXPECT_EQ(x, std::vector<float>(kUnknowns, 0.0F));
+  EXPECT_EQ(x, std::vector<float>(kChainLength, 0.0F));
 }
 
 TEST(ConjugateGradient, StartsAtZeroWhereNothingIsGiven) {
   const RunContext run;
   std::vector<float> x;
-  const std::vector<float> rhs(kUnknowns, 1.0F);
+  const std::vector<float> rhs(kChainLength, 1.0F);
   ASSERT_TRUE(SolveConjugateGradient(Chain(), rhs, {3, 1e-5}, run, &x).ok());
-  std::vector<float> from_zeros(kUnknowns, 0.0F);
+  std::vector<float> from_zeros(kChainLength, 0.0F);
   ASSERT_TRUE(SolveConjugateGradient(Chain(), rhs, {3, 1e-5}, run, &from_zeros).ok());
   EXPECT_EQ(x, from_zeros);
 }
@@ -118,9 +118,9 @@ TEST(ConjugateGradient, StartsAtZeroWhereNothingIsGiven) {
 TEST(ConjugateGradient, ReportsCancellation) {
   RunContext run;
   run.RequestStop();
-  std::vector<float> x(kUnknowns, 0.0F);
+  std::vector<float> x(kChainLength, 0.0F);
   const auto iterations =
-      SolveConjugateGradient(Chain(), std::vector<float>(kUnknowns, 1.0F), {10, 1e-5}, run, &x);
+      SolveConjugateGradient(Chain(), std::vector<float>(kChainLength, 1.0F), {10, 1e-5}, run, &x);
   EXPECT_EQ(iterations.status().code(), absl::StatusCode::kCancelled);
 }
 

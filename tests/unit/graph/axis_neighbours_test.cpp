@@ -6,10 +6,10 @@
 
 #include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
+#include "graph/grid_bins.h"
 #include "graph/hop_distance.h"
 #include "graph/knn_exact_body.h"
 #include "graph/n6_body.h"
-#include "graph/point_bins.h"
 #include "unit/graph/random_points.h"
 
 namespace amhex {
@@ -24,7 +24,7 @@ struct Graph {
   Graph(std::vector<Vec3f> points, int64_t sites, double extent)
       : nodes(std::move(points)), site_count(sites) {
     CpuExecutor executor;
-    PointBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
+    GridBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
     neighbours.resize(static_cast<size_t>(sites) * kNeighbourCount);
     executor.ForEach(
         "knn", sites,

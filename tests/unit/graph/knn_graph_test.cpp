@@ -8,9 +8,9 @@
 
 #include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
+#include "graph/grid_bins.h"
 #include "graph/knn_exact_body.h"
 #include "graph/knn_update_body.h"
-#include "graph/point_bins.h"
 #include "unit/graph/random_points.h"
 
 namespace amhex {
@@ -18,7 +18,7 @@ namespace {
 
 std::vector<int32_t> ExactGraph(const std::vector<Vec3f>& points, double extent) {
   CpuExecutor executor;
-  PointBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
+  GridBins<CpuExecutor> bins(executor, {extent, extent, extent}, 1.0f);
   const auto count = static_cast<int64_t>(points.size());
   std::vector<int32_t> graph(points.size() * kNeighbourCount);
   executor.ForEach("knn", count,

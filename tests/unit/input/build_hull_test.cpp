@@ -11,10 +11,13 @@
 
 #include "fixtures/solids.h"
 #include "input/hull_queries.h"
+#include "support/hull_measures.h"
 #include "support/surface_measures.h"
 
 namespace amhex {
 namespace {
+
+using testing_support::SurfaceOf;
 
 using ::testing::HasSubstr;
 
@@ -34,8 +37,6 @@ std::string ErrorOf(const InputHull& input, const MeshingParams& params = WithCe
   EXPECT_EQ(hull.status().code(), absl::StatusCode::kInvalidArgument) << hull.status();
   return std::string(hull.status().message());
 }
-
-TriangleMesh SurfaceOf(const Hull& hull) { return {hull.vertices, hull.triangles}; }
 
 bool HasWarning(const Hull& hull, const std::string& text) {
   return std::any_of(hull.warnings.begin(), hull.warnings.end(), [&](const std::string& warning) {

@@ -14,10 +14,14 @@
 #include "input/build_hull.h"
 #include "input/cloud_field.h"
 #include "input/hull_queries.h"
+#include "support/hull_measures.h"
 #include "support/surface_measures.h"
 
 namespace amhex {
 namespace {
+
+using testing_support::SurfaceOf;
+using testing_support::UserVolume;
 
 absl::StatusOr<Hull> Build(const PointCloud& cloud) {
   MeshingParams params;
@@ -25,10 +29,6 @@ absl::StatusOr<Hull> Build(const PointCloud& cloud) {
   RunContext run;
   return BuildHull(cloud, params, run);
 }
-
-TriangleMesh SurfaceOf(const Hull& hull) { return {hull.vertices, hull.triangles}; }
-
-double UserVolume(const Hull& hull) { return hull.volume * std::pow(hull.frame.scale, 3); }
 
 double LargestDistance(const Hull& hull) {
   double largest = 0;

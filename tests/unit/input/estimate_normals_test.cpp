@@ -14,7 +14,7 @@
 namespace amhex {
 namespace {
 
-constexpr size_t kPoints = 1500;
+constexpr size_t kEstimatedPoints = 1500;
 
 // Share of the points whose estimated normal looks out of the solid.
 double ShareLookingOut(const PointCloud& cloud) {
@@ -37,13 +37,13 @@ TEST(EstimateNormals, NoPointsHaveNone) {
 TEST(EstimateNormals, LookOutOfEveryBody) {
   const TriangleMesh ball = fixtures::MakeSphere(1, 0.1);
   const TriangleMesh two = fixtures::Joined(ball, fixtures::Translated(ball, {5, 1, 0}));
-  EXPECT_EQ(ShareLookingOut(fixtures::SampleSurface(two, kPoints, 1)), 1);
+  EXPECT_EQ(ShareLookingOut(fixtures::SampleSurface(two, kEstimatedPoints, 1)), 1);
 }
 
 // Which way the highest points look is chance if they stand upright, as noise may make them.
 TEST(EstimateNormals, LookOutOfABallWithAFlagOnTop) {
   for (uint32_t seed = 1; seed <= 20; ++seed) {
-    PointCloud ball = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.1), kPoints, seed);
+    PointCloud ball = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.1), kEstimatedPoints, seed);
     for (int i = 0; i < 25; ++i) {
       ball.points.push_back({0, 0.05 * (i % 5 - 2), 1.05 + 0.05 * (i / 5)});
       ball.normals.push_back({1, 0, 0});
@@ -54,7 +54,7 @@ TEST(EstimateNormals, LookOutOfABallWithAFlagOnTop) {
 
 // Of the estimated normals to the true ones, degrees, of clouds whose points noise moves.
 std::vector<double> Errors(const TriangleMesh& surface, double deviation) {
-  PointCloud cloud = fixtures::SampleSurface(surface, 4 * kPoints, 1);
+  PointCloud cloud = fixtures::SampleSurface(surface, 4 * kEstimatedPoints, 1);
   fixtures::Chance chance(3);
   for (Vec3d& p : cloud.points) p += (chance.Vector() + chance.Vector()) * deviation;
   RunContext run;

@@ -10,9 +10,12 @@
 #include "fixtures/solids.h"
 #include "input/build_hull.h"
 #include "input/hull_queries.h"
+#include "support/hull_measures.h"
 
 namespace amhex {
 namespace {
+
+using testing_support::UserVolume;
 
 using fixtures::Joined;
 using fixtures::MakeBox;
@@ -43,8 +46,6 @@ bool IsSolid(const Hull& hull, const Vec3d& p) {
   return hull.queries->IsInside(hull.frame.ToNormalized(p));
 }
 
-double UserVolume(const Hull& hull) { return hull.volume * std::pow(hull.frame.scale, 3); }
-
 bool TellsOfCavities(const Hull& hull, int count) {
   const std::string end = "normals to tell: " + std::to_string(count);
   return std::any_of(hull.warnings.begin(), hull.warnings.end(), [&](const std::string& warning) {
@@ -65,9 +66,9 @@ TEST(HollowParts, ABallWithinABallIsACavity) {
 // Where they touch, nothing tells one ball's points from the other's, whose normals look the other
 // way.
 TEST(HollowParts, BallsThatTouchAreBothSolid) {
-  constexpr size_t kPoints = 3000;
-  PointCloud cloud = fixtures::SampleSurface(MakeSphere(1, kSpacing), kPoints, 1);
-  for (const Vec3d& p : fixtures::SampleSurface(MakeSphere(1, kSpacing), kPoints, 2).points) {
+  constexpr size_t kBallPoints = 3000;
+  PointCloud cloud = fixtures::SampleSurface(MakeSphere(1, kSpacing), kBallPoints, 1);
+  for (const Vec3d& p : fixtures::SampleSurface(MakeSphere(1, kSpacing), kBallPoints, 2).points) {
     cloud.points.push_back(p + Vec3d{2, 0, 0});
   }
   cloud.normals.clear();

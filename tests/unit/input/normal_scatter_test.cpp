@@ -14,12 +14,12 @@ namespace amhex {
 namespace {
 
 // Points are 0.046 from each other.
-constexpr size_t kPoints = 6000;
+constexpr size_t kScatteredPoints = 6000;
 constexpr double kDistance = 0.046;
 
 PointCloud Sphere() {
-  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.05), kPoints, 1);
-  for (size_t i = 0; i < kPoints; ++i) {
+  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeSphere(1, 0.05), kScatteredPoints, 1);
+  for (size_t i = 0; i < kScatteredPoints; ++i) {
     cloud.normals[i] = cloud.points[i] = Normalized(cloud.points[i]);
   }
   return cloud;
@@ -57,7 +57,8 @@ TEST(NormalScatter, TellsWhichOfTheTwoIsTheRougherOne) {
 }
 
 TEST(NormalScatter, OfFacetsAsWideAsThePointsAreApartIsTheirTurn) {
-  EXPECT_TRUE(ScatterMore(fixtures::SampleSurface(fixtures::MakeSphere(1, 0.1), kPoints, 1)));
+  EXPECT_TRUE(
+      ScatterMore(fixtures::SampleSurface(fixtures::MakeSphere(1, 0.1), kScatteredPoints, 1)));
 }
 
 TEST(NormalScatter, DoesNotDependOnTheUnit) {
@@ -105,7 +106,7 @@ TEST(GivenNormals, GoodOnesOfNoisyPointsStayAsTheyAre) {
   std::vector<std::string> warnings;
   const CloudSamples samples = PrepareCloud(noisy, run, warnings).value();
   ASSERT_EQ(samples.position, noisy.points);
-  for (size_t i = 0; i < kPoints; ++i) {
+  for (size_t i = 0; i < kScatteredPoints; ++i) {
     EXPECT_LT(Norm(samples.normal[i] - noisy.normals[i]), 1e-12) << i;
   }
 }

@@ -14,7 +14,7 @@ namespace amhex {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
-constexpr size_t kPoints = 6000;
+constexpr size_t kSmoothedPoints = 6000;
 
 // Normally distributed in every coordinate.
 void AddNoise(double deviation, std::vector<Vec3d>* points) {
@@ -33,7 +33,9 @@ double DeviationFromSphere(const std::vector<Vec3d>& points) {
 }
 
 // Points are 0.046 from each other.
-PointCloud Sphere() { return fixtures::SampleSurface(fixtures::MakeSphere(1, 0.05), kPoints, 1); }
+PointCloud Sphere() {
+  return fixtures::SampleSurface(fixtures::MakeSphere(1, 0.05), kSmoothedPoints, 1);
+}
 
 TEST(SmoothNoise, NoPointsAndFewAreLeftAsTheyAre) {
   RunContext run;
@@ -95,7 +97,8 @@ TEST(SmoothNoise, TheTwoSidesOfAThinPlateAreNotTakenForNoise) {
   for (const bool with_normals : {true, false}) {
     RunContext run;
     // Points are 0.037 from each other, as far as the plate is thick.
-    PointCloud cloud = fixtures::SampleSurface(fixtures::MakeBox({2, 2, 0.037}, 0.1), kPoints, 1);
+    PointCloud cloud =
+        fixtures::SampleSurface(fixtures::MakeBox({2, 2, 0.037}, 0.1), kSmoothedPoints, 1);
     if (!with_normals) cloud.normals.assign(cloud.points.size(), Vec3d{});
     const std::vector<Vec3d> before = cloud.points;
     EXPECT_EQ(SmoothNoise(cloud.normals, run, cloud.points).value(), 0);
@@ -109,7 +112,7 @@ TEST(SmoothNoise, HardlyAPointStaysBetweenTheSidesOfAWall) {
   RunContext run;
   std::vector<Vec3d> points = Sphere().points;
   for (const Vec3d& p :
-       fixtures::SampleSurface(fixtures::MakeSphere(kInnerRadius, 0.05), 4 * kPoints / 6, 2)
+       fixtures::SampleSurface(fixtures::MakeSphere(kInnerRadius, 0.05), 4 * kSmoothedPoints / 6, 2)
            .points) {
     points.push_back(p);
   }
@@ -124,7 +127,8 @@ TEST(SmoothNoise, HardlyAPointStaysBetweenTheSidesOfAWall) {
 
 TEST(SmoothNoise, RodsAreNotTakenForNoise) {
   RunContext run;
-  PointCloud cloud = fixtures::SampleSurface(fixtures::MakeCylinder(0.03, 20, 0.03), kPoints, 1);
+  PointCloud cloud =
+      fixtures::SampleSurface(fixtures::MakeCylinder(0.03, 20, 0.03), kSmoothedPoints, 1);
   cloud.normals.assign(cloud.points.size(), Vec3d{});
   EXPECT_EQ(SmoothNoise(cloud.normals, run, cloud.points).value(), 0);
 }

@@ -16,12 +16,12 @@
 namespace amhex {
 namespace {
 
-constexpr testing_support::GridSize kSize{4, 4, 4};
+constexpr testing_support::GridSize kSampledSize{4, 4, 4};
 constexpr double kArea = 6 * 16;
 
 // A box of 4 edge lengths, its corners at `spacing`, as an input.
 Hull Box(double spacing) {
-  Hull hull = testing_support::GridHull(kSize, spacing);
+  Hull hull = testing_support::GridHull(kSampledSize, spacing);
   hull.input_points = hull.vertices;
   return hull;
 }

@@ -20,12 +20,12 @@ using testing_support::GridSize;
 using testing_support::GridVertex;
 using testing_support::HullOfMesh;
 
-constexpr GridSize kSize{4, 4, 4};
+constexpr GridSize kJointSize{4, 4, 4};
 
 TEST(JointPlace, GuardsEachPlaceLooselyAtFirstAndNotEverMoreFirmly) {
-  const Hull hull = GridHull(kSize, 0.5);
+  const Hull hull = GridHull(kJointSize, 0.5);
   const HullFeatures features(hull);
-  CellComplex complex = GridComplex(kSize);
+  CellComplex complex = GridComplex(kJointSize);
   Placement placement = PreparePlacement(complex, features);
   JointPlace place(placement);
   for (const int32_t cell : {0, 5}) {
@@ -50,10 +50,10 @@ TEST(JointPlace, LeavesAVertexThatIsDrawnBeyondTheEndOfItsCreaseExactlyWhereItIs
   for (Vec3d& p : box.vertices) p = turned(p);
   const Hull hull = HullOfMesh(box);
   const HullFeatures features(hull);
-  CellComplex complex = GridComplex(kSize);
+  CellComplex complex = GridComplex(kJointSize);
   for (Vec3d& p : complex.vertices) p = turned(p);
   // The last vertex before the corner, moved nearly onto it.
-  const int32_t last = GridVertex(kSize, 3, 0, 0), corner = GridVertex(kSize, 4, 0, 0);
+  const int32_t last = GridVertex(kJointSize, 3, 0, 0), corner = GridVertex(kJointSize, 4, 0, 0);
   Placement placement = PreparePlacement(complex, features);
   ASSERT_EQ(placement.constraints.vertex[last].kind, Constraint::kCrease);
   const Vec3d along = complex.vertices[corner] - complex.vertices[last];

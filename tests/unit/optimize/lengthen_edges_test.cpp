@@ -27,7 +27,7 @@ using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::GridVertex;
 
-constexpr GridSize kSize{5, 4, 4};
+constexpr GridSize kLengthenedSize{5, 4, 4};
 constexpr double kTiny = 1e-5;
 
 double ShortestEdge(const CellComplex& complex) {
@@ -41,7 +41,7 @@ double ShortestEdge(const CellComplex& complex) {
 }
 
 CellComplex Lengthened(const CellComplex& complex) {
-  const Hull hull = GridHull(kSize, 0.5);
+  const Hull hull = GridHull(kLengthenedSize, 0.5);
   const RunContext run;
   auto lengthened = LengthenEdges(complex, hull, HullFeatures(hull), run);
   EXPECT_TRUE(lengthened.ok()) << lengthened.status().ToString();
@@ -61,11 +61,11 @@ struct Meeting {
 class MeetingVertices : public testing::TestWithParam<Meeting> {
  protected:
   static int32_t Vertex(const std::array<int, 3>& at) {
-    return GridVertex(kSize, at[0], at[1], at[2]);
+    return GridVertex(kLengthenedSize, at[0], at[1], at[2]);
   }
   // The layer of cells between the two is thin around them.
   CellComplex Met() const {
-    CellComplex complex = GridComplex(kSize);
+    CellComplex complex = GridComplex(kLengthenedSize);
     const Vec3d to = complex.vertices[Vertex(GetParam().stays)];
     const Vec3d from = complex.vertices[Vertex(GetParam().moves)];
     for (Vec3d& vertex : complex.vertices) {
@@ -100,7 +100,7 @@ TEST_P(MeetingVertices, MoveNoFartherThanTheyMust) {
 }
 
 TEST_P(MeetingVertices, StayOnTheHull) {
-  const Hull hull = GridHull(kSize, 0.5);
+  const Hull hull = GridHull(kLengthenedSize, 0.5);
   const CellComplex apart = Lengthened(Met());
   for (const CellFace& face : apart.hull_faces) {
     for (int j = 0; j < face.count; ++j) {
@@ -120,8 +120,9 @@ INSTANTIATE_TEST_SUITE_P(, MeetingVertices,
                          });
 
 TEST(LengthenEdges, MovesTheVertexInsideAndNotTheCorner) {
-  CellComplex complex = GridComplex(kSize);
-  const int32_t corner = GridVertex(kSize, 0, 0, 0), next = GridVertex(kSize, 1, 0, 0);
+  CellComplex complex = GridComplex(kLengthenedSize);
+  const int32_t corner = GridVertex(kLengthenedSize, 0, 0, 0),
+                next = GridVertex(kLengthenedSize, 1, 0, 0);
   complex.vertices[next] = complex.vertices[corner] + Vec3d{kTiny, 0, 0};
   const CellComplex apart = Lengthened(complex);
   EXPECT_EQ(apart.vertices[corner], complex.vertices[corner]);
@@ -129,14 +130,15 @@ TEST(LengthenEdges, MovesTheVertexInsideAndNotTheCorner) {
 }
 
 TEST(LengthenEdges, LeavesAMeshWithoutShortEdgesAsItIs) {
-  CellComplex complex = GridComplex(kSize);
-  complex.vertices[GridVertex(kSize, 2, 2, 2)].x = 1 + 1.1 * kWantedEdge;
+  CellComplex complex = GridComplex(kLengthenedSize);
+  complex.vertices[GridVertex(kLengthenedSize, 2, 2, 2)].x = 1 + 1.1 * kWantedEdge;
   EXPECT_EQ(Lengthened(complex).vertices, complex.vertices);
 }
 
 TEST(LengthenEdges, LeavesVerticesThatAreOneAndHaveNoDirectionToGo) {
-  CellComplex complex = GridComplex(kSize);
-  complex.vertices[GridVertex(kSize, 2, 2, 2)] = complex.vertices[GridVertex(kSize, 1, 2, 2)];
+  CellComplex complex = GridComplex(kLengthenedSize);
+  complex.vertices[GridVertex(kLengthenedSize, 2, 2, 2)] =
+      complex.vertices[GridVertex(kLengthenedSize, 1, 2, 2)];
   EXPECT_EQ(Lengthened(complex).vertices, complex.vertices);
 }
 
@@ -156,14 +158,14 @@ CellComplex WithShortEdges(uint32_t seed) {
   const auto uniform = [&random](double from, double to) {
     return from + (to - from) * static_cast<double>(random()) / 4294967296.0;
   };
-  CellComplex complex = GridComplex(kSize);
-  for (int x = 1; x < kSize.nx; ++x) {
-    for (int y = 1; y < kSize.ny; ++y) {
-      for (int z = 1; z < kSize.nz; ++z) {
-        Vec3d& at = complex.vertices[GridVertex(kSize, x, y, z)];
+  CellComplex complex = GridComplex(kLengthenedSize);
+  for (int x = 1; x < kLengthenedSize.nx; ++x) {
+    for (int y = 1; y < kLengthenedSize.ny; ++y) {
+      for (int z = 1; z < kLengthenedSize.nz; ++z) {
+        Vec3d& at = complex.vertices[GridVertex(kLengthenedSize, x, y, z)];
         at += Vec3d{uniform(-0.1, 0.1), uniform(-0.1, 0.1), uniform(-0.1, 0.1)};
         if (uniform(0, 1) > 0.2) continue;
-        const Vec3d next = complex.vertices[GridVertex(kSize, x - 1, y, z)];
+        const Vec3d next = complex.vertices[GridVertex(kLengthenedSize, x - 1, y, z)];
         at = next + (at - next) * uniform(2 * kShortestEdge, 0.5);
       }
     }
@@ -189,11 +191,12 @@ TEST(LengthenEdges, GivesLittleQualityUpForEdgesThatSolversCanUse) {
 }
 
 TEST(LengthenEdges, IsCancelled) {
-  const Hull hull = GridHull(kSize, 1.0);
+  const Hull hull = GridHull(kLengthenedSize, 1.0);
   RunContext run;
   run.RequestStop();
-  EXPECT_EQ(LengthenEdges(GridComplex(kSize), hull, HullFeatures(hull), run).status().code(),
-            absl::StatusCode::kCancelled);
+  EXPECT_EQ(
+      LengthenEdges(GridComplex(kLengthenedSize), hull, HullFeatures(hull), run).status().code(),
+      absl::StatusCode::kCancelled);
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::GridVertex;
 
-constexpr GridSize kSize{4, 4, 4};
+constexpr GridSize kBlockSize{4, 4, 4};
 // Levels end a little below what they aim at.
 constexpr double kNearlyWanted = kJointlyWanted - 0.005;
 
 // Cubes; two vertices next to each other have been moved, one inside and one on the top.
 struct Block {
-  Block() : hull(GridHull(kSize, 0.5)), features(hull), complex(GridComplex(kSize)) {
+  Block() : hull(GridHull(kBlockSize, 0.5)), features(hull), complex(GridComplex(kBlockSize)) {
     complex.vertices[inside] += Vec3d{0.5, 0.4, 0.3};
     complex.vertices[top] += Vec3d{-0.5, 0.3, 0};
   }
@@ -31,8 +31,8 @@ struct Block {
   Hull hull;
   HullFeatures features;
   CellComplex complex;
-  int32_t inside = GridVertex(kSize, 2, 2, 3);
-  int32_t top = GridVertex(kSize, 2, 2, 4);
+  int32_t inside = GridVertex(kBlockSize, 2, 2, 3);
+  int32_t top = GridVertex(kBlockSize, 2, 2, 4);
 };
 
 double Minimum(const CellComplex& complex) { return SummarizeQuality(complex).minimum; }
@@ -76,7 +76,7 @@ TEST(RaiseJointly, LeavesFixedVerticesWhereTheyAre) {
 
 TEST(RaiseJointly, LeavesAMeshWithoutPoorCellsAsItIs) {
   Block block;
-  block.complex = GridComplex(kSize);
+  block.complex = GridComplex(kBlockSize);
   const CellComplex before = block.complex;
   Placement placement = PreparePlacement(block.complex, block.features);
   Raise(placement);
@@ -89,9 +89,9 @@ TEST(RaiseJointly, LeavesWhatIsFarFromPoorCellsAsItIs) {
   const CellComplex before = block.complex;
   Placement placement = PreparePlacement(block.complex, block.features);
   Raise(placement);
-  for (int y = 0; y <= kSize.ny; ++y) {
-    for (int x = 0; x <= kSize.nx; ++x) {
-      const int32_t v = GridVertex(kSize, x, y, 0);
+  for (int y = 0; y <= kBlockSize.ny; ++y) {
+    for (int x = 0; x <= kBlockSize.nx; ++x) {
+      const int32_t v = GridVertex(kBlockSize, x, y, 0);
       EXPECT_EQ(block.complex.vertices[v], before.vertices[v]);
     }
   }

@@ -26,7 +26,7 @@ using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::LargestDistance;
 
-constexpr GridSize kSize = {7, 7, 4};
+constexpr GridSize kSplitSize = {7, 7, 4};
 
 // A box of unit cubes with a point above, or below, the middle of some faces of its top.
 struct Studs {
@@ -37,9 +37,9 @@ struct Studs {
 
 Hull HullWith(const Studs& studs) {
   TriangleMesh mesh;
-  const int nx = kSize.nx, ny = kSize.ny;
+  const int nx = kSplitSize.nx, ny = kSplitSize.ny;
   const auto id = [&](int x, int y, int layer) { return (layer * (ny + 1) + y) * (nx + 1) + x; };
-  for (const int z : {0, kSize.nz}) {
+  for (const int z : {0, kSplitSize.nz}) {
     for (int y = 0; y <= ny; ++y) {
       for (int x = 0; x <= nx; ++x) mesh.vertices.push_back({double(x), double(y), double(z)});
     }
@@ -59,7 +59,7 @@ Hull HullWith(const Studs& studs) {
       const auto tip = static_cast<int32_t>(mesh.vertices.size());
       const bool is_first = studs.at.front() == std::array{x, y};
       const double height = is_first ? studs.height_of_first : studs.height;
-      mesh.vertices.push_back({x + 0.5, y + 0.5, kSize.nz + height});
+      mesh.vertices.push_back({x + 0.5, y + 0.5, kSplitSize.nz + height});
       for (int j = 0; j < 4; ++j) mesh.triangles.push_back({loop[j], loop[(j + 1) % 4], tip});
     }
   }
@@ -86,8 +86,8 @@ TEST(SplitAtGaps, OfNothingIsNothing) {
 }
 
 TEST(SplitAtGaps, LeavesABoundaryOnTheHullAsItIs) {
-  const CellComplex complex = GridComplex(kSize);
-  const CellComplex split = Split(complex, GridHull(kSize, 0.5));
+  const CellComplex complex = GridComplex(kSplitSize);
+  const CellComplex split = Split(complex, GridHull(kSplitSize, 0.5));
   EXPECT_EQ(split.vertices, complex.vertices);
   EXPECT_EQ(split.cells, complex.cells);
 }
@@ -95,7 +95,7 @@ TEST(SplitAtGaps, LeavesABoundaryOnTheHullAsItIs) {
 TEST(SplitAtGaps, ReachesTipsAndPitsThatLieAmidFaces) {
   for (const double height : {0.5, -0.4}) {
     const Hull hull = HullWith({{{3, 3}, {1, 5}}, height});
-    const CellComplex complex = GridComplex(kSize);
+    const CellComplex complex = GridComplex(kSplitSize);
     const double limit = LimitsFor(hull).limit;
     ASSERT_GT(LargestDistance(complex, hull), limit);
     const CellComplex split = Split(complex, hull);
@@ -110,7 +110,7 @@ TEST(SplitAtGaps, ReachesTipsAndPitsThatLieAmidFaces) {
 
 TEST(SplitAtGaps, ReachesATipThatIsMoreThanAnEdgeLengthAway) {
   const Hull hull = HullWith({{{3, 3}}, 1.1});
-  const CellComplex complex = GridComplex(kSize);
+  const CellComplex complex = GridComplex(kSplitSize);
   ASSERT_GT(LargestDistance(complex, hull), 1);
   const CellComplex split = Split(complex, hull);
   EXPECT_LE(LargestDistance(split, hull), 0.5);
@@ -121,12 +121,12 @@ TEST(SplitAtGaps, ReachesATipThatIsMoreThanAnEdgeLengthAway) {
 
 TEST(SplitAtGaps, ReachesWhatStandsOutOfARoughHull) {
   Studs studs{{}, 0.25, 0.6};
-  for (int x = 0; x < kSize.nx; x += 2) {
-    for (int y = 0; y < kSize.ny; y += 2) studs.at.push_back({x, y});
+  for (int x = 0; x < kSplitSize.nx; x += 2) {
+    for (int y = 0; y < kSplitSize.ny; y += 2) studs.at.push_back({x, y});
   }
   std::swap(studs.at.front(), studs.at[5]);  // away from the box's edges
   const Hull hull = HullWith(studs);
-  const CellComplex complex = GridComplex(kSize);
+  const CellComplex complex = GridComplex(kSplitSize);
   const CellComplex split = Split(complex, hull);
   EXPECT_GT(LargestDistance(complex, hull), 0.5);
   EXPECT_LT(LargestDistance(split, hull), 0.3);
@@ -135,10 +135,10 @@ TEST(SplitAtGaps, ReachesWhatStandsOutOfARoughHull) {
 
 TEST(SplitAtGaps, LeavesAHullThatIsRoughAllOverAsItIs) {
   Studs studs{{}, 0.5};
-  for (int x = 0; x < kSize.nx; x += 2) {
-    for (int y = 0; y < kSize.ny; y += 2) studs.at.push_back({x, y});
+  for (int x = 0; x < kSplitSize.nx; x += 2) {
+    for (int y = 0; y < kSplitSize.ny; y += 2) studs.at.push_back({x, y});
   }
-  const CellComplex complex = GridComplex(kSize);
+  const CellComplex complex = GridComplex(kSplitSize);
   const CellComplex split = Split(complex, HullWith(studs));
   EXPECT_EQ(split.vertices, complex.vertices);
   EXPECT_EQ(split.cells, complex.cells);
@@ -146,15 +146,15 @@ TEST(SplitAtGaps, LeavesAHullThatIsRoughAllOverAsItIs) {
 
 TEST(SplitAtGaps, ReachesForNoPointOfTheInputThatIsOffTheHull) {
   Hull hull = HullWith({});
-  hull.input_points.push_back({3.5, 3.5, kSize.nz + 0.6});
-  hull.input_points.push_back({5.5, 3.5, kSize.nz + 5.0});
-  const CellComplex complex = GridComplex(kSize);
+  hull.input_points.push_back({3.5, 3.5, kSplitSize.nz + 0.6});
+  hull.input_points.push_back({5.5, 3.5, kSplitSize.nz + 5.0});
+  const CellComplex complex = GridComplex(kSplitSize);
   EXPECT_EQ(Split(complex, hull).cells, complex.cells);
 }
 
 TEST(SplitAtGaps, IsTheSameAtAnyThreadCount) {
   const Hull hull = HullWith({{{3, 3}, {1, 5}, {5, 1}}, 0.5});
-  CellComplex complex = GridComplex(kSize);
+  CellComplex complex = GridComplex(kSplitSize);
   std::vector<CellComplex> results;
   for (const size_t threads : {1, 2, 7}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -171,7 +171,7 @@ TEST(SplitAtGaps, StopsWhenAsked) {
   const Hull hull = HullWith({{{3, 3}}, 0.5});
   RunContext run;
   run.RequestStop();
-  const auto split = SplitAtGaps(GridComplex(kSize), hull, HullFeatures(hull), run);
+  const auto split = SplitAtGaps(GridComplex(kSplitSize), hull, HullFeatures(hull), run);
   EXPECT_EQ(split.status().code(), absl::StatusCode::kCancelled);
 }
 

@@ -24,7 +24,7 @@ using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 
-constexpr GridSize kSize{3, 3, 3};
+constexpr GridSize kStoppingSize{3, 3, 3};
 
 class Stopping : public testing::Test {
  protected:
@@ -32,9 +32,9 @@ class Stopping : public testing::Test {
 
   RunContext run_;
   const StopPoll poll_{run_};
-  const Hull hull_ = GridHull(kSize, 1.0);
+  const Hull hull_ = GridHull(kStoppingSize, 1.0);
   const HullFeatures features_{hull_};
-  CellComplex complex_ = GridComplex(kSize);
+  CellComplex complex_ = GridComplex(kStoppingSize);
 };
 
 TEST_F(Stopping, EndsTablesOfAWorkingMesh) {

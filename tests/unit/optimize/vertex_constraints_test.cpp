@@ -19,9 +19,9 @@ using testing_support::HullOfMesh;
 using testing_support::WedgeComplex;
 
 TEST(VertexConstraints, TieNoBluntEndToTheRidgeBeforeWhichItStops) {
-  constexpr GridSize kSize = {4, 5, 2};
-  const Hull hull = HullOfMesh(fixtures::MakeWedge(20, 5.2, kSize.ny));
-  WorkingMesh mesh(WedgeComplex(20, 1.2, kSize));
+  constexpr GridSize kWedgeSize = {4, 5, 2};
+  const Hull hull = HullOfMesh(fixtures::MakeWedge(20, 5.2, kWedgeSize.ny));
+  WorkingMesh mesh(WedgeComplex(20, 1.2, kWedgeSize));
   ASSERT_EQ(ExtendToRidges(hull, AcuteRidges(hull), &mesh), 1);
   const CellComplex complex = mesh.ToComplex();
   const HullFeatures features(hull);
@@ -34,7 +34,7 @@ TEST(VertexConstraints, TieNoBluntEndToTheRidgeBeforeWhichItStops) {
     corners += kind == Constraint::kCorner ? 1 : 0;
     if (std::hypot(x.x, x.z) > 0.3) continue;
     ++at_end;
-    const bool is_beside = x.y < 0.01 || x.y > kSize.ny - 0.01;
+    const bool is_beside = x.y < 0.01 || x.y > kWedgeSize.ny - 0.01;
     const double height = std::atan2(x.z, x.x) * 180 / std::numbers::pi;
     if (height > 1 && height < 19) {  // between two rows
       EXPECT_EQ(kind, is_beside ? Constraint::kPatch : Constraint::kFixed) << v;
@@ -42,7 +42,7 @@ TEST(VertexConstraints, TieNoBluntEndToTheRidgeBeforeWhichItStops) {
       EXPECT_EQ(kind, is_beside ? Constraint::kCrease : Constraint::kPatch) << v;
     }
   }
-  EXPECT_EQ(at_end, 3 * (kSize.ny + 1));
+  EXPECT_EQ(at_end, 3 * (kWedgeSize.ny + 1));
   EXPECT_EQ(corners, 4);  // those of the ridge are left out
 }
 

@@ -5,8 +5,8 @@
 
 #include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
+#include "graph/grid_bins.h"
 #include "graph/knn_exact_body.h"
-#include "graph/point_bins.h"
 #include "orientation/align_body.h"
 #include "orientation/propagate_body.h"
 #include "unit/graph/random_points.h"
@@ -24,7 +24,7 @@ struct GridFixture {
   CpuExecutor executor;
 
   GridFixture() {
-    PointBins<CpuExecutor> bins(executor, {kWidth, kWidth, kWidth}, 1.0f);
+    GridBins<CpuExecutor> bins(executor, {kWidth, kWidth, kWidth}, 1.0f);
     executor.ForEach("knn", kCount,
                      KnnExactBody{bins.Build(ArrayViewOf(position), kCount), ArrayViewOf(position),
                                   WritableViewOf(neighbours)});
@@ -89,7 +89,7 @@ TEST(Align, SitesAtTheHullTurnAnAxisOntoItsNormal) {
   const Vec3f normal = UnitVector(Vec3f{0.3f, -0.2f, -1.0f});
   const std::vector<Vec3f> sample_position = {grid.position[12]};  // middle of the floor
   const std::vector<Vec3f> sample_normal = {normal};
-  PointBins<CpuExecutor> bins(grid.executor, {kWidth, kWidth, kWidth}, 1.0f);
+  GridBins<CpuExecutor> bins(grid.executor, {kWidth, kWidth, kWidth}, 1.0f);
   const BinGrid& sample_bins = bins.Build(ArrayViewOf(sample_position), 1);
   const std::vector<Quatf> before(static_cast<size_t>(kCount));
   std::vector<Quatf> after = before;

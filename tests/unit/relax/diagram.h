@@ -9,7 +9,7 @@
 
 #include "base/array_view_of.h"
 #include "exec/cpu_executor.h"
-#include "graph/point_bins.h"
+#include "graph/grid_bins.h"
 #include "relax/build_barrier.h"
 #include "relax/label_body.h"
 #include "unit/graph/random_points.h"
@@ -45,7 +45,7 @@ struct Diagram {
   template <class LabelWith>
   void LabelBy(const LabelWith& label) {
     CpuExecutor executor;
-    PointBins<CpuExecutor> bins(executor, barrier.extent, 1.0f);
+    GridBins<CpuExecutor> bins(executor, barrier.extent, 1.0f);
     moments.assign(metric.size(), CellMoments{});
     labels.assign(items.size() * kTilePoints, kNoOwner);
     LabelTileBody body;

@@ -12,10 +12,10 @@ namespace amhex {
 
 // Owns the arrays behind a BinGrid and reuses them from build to build.
 template <class E>
-class PointBins {
+class GridBins {
  public:
   // Bins of `bin_size` over [0, extent]; points are expected there (others land in the rim).
-  PointBins(E& executor, const Vec3d& extent, float bin_size) : executor_(executor) {
+  GridBins(E& executor, const Vec3d& extent, float bin_size) : executor_(executor) {
     grid_.bin_size = bin_size;
     grid_.count_x = CountAlong(extent.x, bin_size);
     grid_.count_y = CountAlong(extent.y, bin_size);
