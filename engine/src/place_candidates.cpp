@@ -19,11 +19,9 @@ namespace {
 // three times, by less than a twentieth of its loss.
 constexpr LittleWork kLittleWork{1, 300, 600};
 // Of solids of so few cells more are worth it: what one of their lattices leaves out is a large
-// part of them, and that is told by the placed ones alone. Nor do closed ones tell which has the
-// better cells: of five lattices of a bunny of 3,200 cells the third was best, and its hexahedra
-// 83.7 instead of 79.8 %.
+// part of them, and that is told by the placed ones alone.
 constexpr double kFewCells = 4e3;
-constexpr LittleWork kLittleWorkOfFew{4, 1500, 1000, 6, 4000};
+constexpr LittleWork kLittleWorkOfFew{2, 600, 1000};
 
 // Less loss than this ends the search among the placed ones.
 constexpr double kGoodLoss = 0.02;
@@ -94,9 +92,8 @@ absl::StatusOr<PlacedCandidates> PlaceCandidates(std::vector<ClosedTrial>& close
     // Refilling takes longer than placing another one where it may well be in vain.
     const bool is_mendable =
         SummarizeQuality(placed.back().complex, StopPoll(run)).minimum >= kMendableMinimum;
-    const bool is_last =
-        i + 1 == closed.size() ||
-        (others > LittleWorkOf(with.hull).OthersFor(i + 1) && (i > 0 || is_mendable));
+    const bool is_last = i + 1 == closed.size() ||
+                         (others > LittleWorkOf(with.hull).others && (i > 0 || is_mendable));
     if (is_last && i == 0) break;  // nothing to choose from
     PlacedCandidate& newest = placed.back();
     newest.loss = LossOf(newest.complex, with, kMendableMinimum, StopPoll(run));

@@ -1,7 +1,6 @@
 // Which of the closed trials are placed, and which of these is best.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -22,12 +21,7 @@ namespace amhex {
 struct LittleWork {
   int closed;  // at least
   int64_t open_faces;
-  int64_t others;            // of all that are placed
-  int first = 0;             // so many are placed for more than that,
-  int64_t first_others = 0;  // up to this
-  int64_t OthersFor(size_t placed) const {
-    return placed < static_cast<size_t>(first) ? std::max(others, first_others) : others;
-  }
+  int64_t others;
 };
 const LittleWork& LittleWorkOf(const Hull& hull);
 

@@ -35,7 +35,7 @@ TEST(PlanTrials, ClosesOneOfTwoButMoreOfSmallSolids) {
     EXPECT_EQ(plan.started, 2);
     EXPECT_EQ(plan.closed, 1);
   }
-  EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 4);
+  EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 2);
 }
 
 TEST(PlanTrials, DoesWhatIsAskedForAtAnySize) {
