@@ -114,11 +114,15 @@ class Turns {
 absl::StatusOr<CellComplex> FillFirstAnew(const std::vector<CellComplex>& assemblies,
                                           const std::vector<size_t>& broken,
                                           const Improvement& with, RunContext& run) {
-  RefilledTrial last;
-  for (size_t i = 0; i < broken.size() && !last.is_valid; ++i) {
-    AMHEX_ASSIGN_OR_RETURN(last, FillAnew(assemblies[broken[i]], with, run));
+  absl::StatusOr<RefilledTrial> last =
+      absl::InternalError("no valid mesh was found; try another cell count");
+  for (size_t i = 0; i < broken.size() && !(last.ok() && last->is_valid); ++i) {
+    absl::StatusOr<RefilledTrial> next = FillAnew(assemblies[broken[i]], with, run);
+    AMHEX_RETURN_IF_ERROR(run.CheckStop());
+    if (next.ok() || !last.ok()) last = std::move(next);
   }
-  return std::move(last.complex);
+  AMHEX_RETURN_IF_ERROR(last.status());
+  return std::move(last->complex);
 }
 
 absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,

@@ -47,11 +47,17 @@ absl::StatusOr<RefilledTrial> RefillTrial(CellComplex placed, bool is_followed,
 
 absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Improvement& with,
                                        RunContext& run) {
-  RefilledTrial last;
-  for (int filling = 1; filling < kMaxFillings && !last.is_valid; ++filling) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex placed,
-                           CloseComplex(assembled, with.hull, with.params, run, filling));
-    AMHEX_ASSIGN_OR_RETURN(placed, ImproveMesh(std::move(placed), with, run));
+  absl::StatusOr<RefilledTrial> last =
+      absl::InternalError("no valid mesh was found; try another cell count");
+  for (int filling = 1; filling < kMaxFillings && !(last.ok() && last->is_valid); ++filling) {
+    absl::StatusOr<CellComplex> closed =
+        CloseComplex(assembled, with.hull, with.params, run, filling);
+    AMHEX_RETURN_IF_ERROR(run.CheckStop());
+    if (!closed.ok()) {
+      if (!last.ok()) last = closed.status();
+      continue;
+    }
+    AMHEX_ASSIGN_OR_RETURN(CellComplex placed, ImproveMesh(*std::move(closed), with, run));
     AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(std::move(placed), false, with, run));
   }
   return last;

@@ -16,6 +16,7 @@
 #include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
 #include "closure/star_fill.h"
+#include "geometry/point_bins.h"
 #include "optimize/cell_quality.h"
 #include "optimize/report_cells.h"
 
@@ -48,6 +49,18 @@ constexpr int kAnyNumber = 1 << 20;
 constexpr StarRound kDeepRound = {12, 10, 40};
 // Stars and carvings are tried this often, each time with the cells around what resists removed.
 constexpr int kFillAttempts = 4;
+// Then all cells this near to what resists (edge lengths; none but hexahedra are left that are by
+// kOthersReach farther away) are given up at once: layers are of small cells by then.
+constexpr double kClearedReaches[] = {0.5, 0.75, 1.0, 1.25, 0.6, 0.85, 1.1};
+constexpr double kOthersReach = 0.75;
+// Where this much of the volume stays away (edge lengths cubed) it was not filled.
+constexpr double kMostClearedVolume = 2.0;
+// What one of these may cost in carving, per face that it opens.
+constexpr int64_t kPartsPerClearedFace = 2000;
+// And all of them together, where the mesh is opened again later.
+constexpr int64_t kPartsToClearWhenMending = 500'000;
+// Boundary defects nearer to each other (edge lengths) are one place.
+constexpr double kPlaceReach = 3.0;
 // Only then, and first around each cavity, later over the whole mesh, is it filled by Delaunay.
 constexpr int kWholeMeshAttempt = 2;
 // Each attempt of the last resort removes one more layer of cells around what resisted.
@@ -74,8 +87,8 @@ class Closer {
         seed_(seed),
         run_(run),
         mesh_(complex, StopPoll(run)),
-        most_carved_parts_(kCarvedParts + static_cast<int64_t>(hull.volume * kCarvedPartsPerCell)) {
-  }
+        most_carved_parts_(kCarvedParts + static_cast<int64_t>(hull.volume * kCarvedPartsPerCell)),
+        parts_to_clear_(4 * most_carved_parts_) {}
 
   // `watched`, if any, is told of progress.
   absl::StatusOr<CellComplex> Run(int layers, RunContext* watched) {
@@ -85,22 +98,23 @@ class Closer {
     ExtrudeToHull(hull_, &mesh_);
     FillWedges(hull_, &mesh_, StopPoll(run_));
     for (int layer = 0; layer < layers; ++layer) RemoveCellsAtCavities();
+    prefers_tetrahedra_ = layers > 0;
     first_open_ = std::max<size_t>(1, mesh_.OpenFaces().size());
     for (const StarRound& round : kFirstRounds) {
       FillWithStars(round);
       RemoveLooseCells(&mesh_);
     }
+    FillByStars(0);
+    ClearAndFill();
+    FillByTetrahedra(0);
     std::optional<WorkingMesh> with_far_faces;
-    for (int attempt = 0; attempt < kDefectAttempts; ++attempt) {
-      FillCavities(attempt);
+    for (int attempt = 1; attempt <= kDefectAttempts && !HasOpenFaces(); ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
-      if (HasOpenFaces()) break;
       const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
       if (defects.vertices.empty()) break;
       if (!with_far_faces.has_value() && defects.are_just_far) with_far_faces = mesh_;
-      OpenAt(defects.vertices, 0);
+      FillOpened(defects.vertices, 0, attempt);
     }
-    FillCavities(kDefectAttempts);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
       mesh_ = *std::move(with_far_faces);
@@ -124,11 +138,10 @@ class Closer {
     std::optional<WorkingMesh> with_far_faces;
     if (defects.are_just_far) with_far_faces = mesh_;
     Mended mended;
-    mended.changed = !defects.vertices.empty();
-    if (mended.changed) {
-      OpenAt(defects.vertices, layers);
-      LimitCarving();
-      FillCavities(kDefectAttempts + 1 + layers);
+    if (!defects.vertices.empty()) {
+      parts_to_clear_ = std::min(parts_to_clear_, kPartsToClearWhenMending);
+      mended.changed = FillOpened(defects.vertices, layers, kDefectAttempts + 1 + layers);
+      mended.resists = !mended.changed && !defects.are_just_far;
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
@@ -150,7 +163,9 @@ class Closer {
         if (FillWithStars(round)) refilled.first_was_in_vain = false;
       }
     }
-    FillCavities(kRefillRound + static_cast<int>(opening.first));
+    const int round = kRefillRound + static_cast<int>(opening.first);
+    FillByStars(round, kFillAttempts);
+    FillByTetrahedra(round);
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (HasOpenFaces()) return OpenError();
     refilled.complex = mesh_.ToComplex(StopPoll(run_));
@@ -158,11 +173,17 @@ class Closer {
   }
 
  private:
+  // A cavity that a star round has failed to fill is not tried again before it has changed.
+  using Attempt = std::pair<int, std::vector<int>>;
+
   bool HasOpenFaces() const { return mesh_.HasOpenFaces(); }
 
-  void FillCavities(int round) {
+  // No more than `attempts` once carving has cost what it may: without it, layers around large
+  // cavities are given up for nothing.
+  void FillByStars(int round, int attempts = 1) {
     for (int attempt = 0; attempt < kFillAttempts && HasOpenFaces(); ++attempt) {
       if (run_.ShouldStop()) return;
+      if (attempt >= attempts && carved_parts_ >= most_carved_parts_) return;
       if (attempt > 0) {
         RemoveCellsAtCavities();
         RemoveLooseCells(&mesh_);
@@ -170,14 +191,147 @@ class Closer {
       }
       const auto salt =
           uint64_t{kFillAttempts} * static_cast<uint64_t>(round) + static_cast<uint64_t>(attempt);
-      for (const FillStep& step : kFillSteps) {
-        CarveNetworks(step.carving);
-        FillWithStars(kFirstRounds[1]);
-        DeclareHullFaces(hull_, &mesh_);
-        if (step.max_cells_per_face > 0) FillLocally(seed_ + salt, step.max_cells_per_face);
-      }
-      FillWithStars(kDeepRound);
+      TakeFillSteps(seed_ + salt);
     }
+  }
+
+  void TakeFillSteps(uint64_t seed) {
+    for (const FillStep& step : kFillSteps) {
+      CarveNetworks(step.carving);
+      FillWithStars(kFirstRounds[1]);
+      DeclareHullFaces(hull_, &mesh_);
+      if (step.max_cells_per_face > 0) FillLocally(seed, step.max_cells_per_face);
+    }
+    FillWithStars(kDeepRound);
+  }
+
+  // Every reach starts from the same mesh, until one leaves less open than there was.
+  void ClearAndFill() {
+    const int64_t carved_parts = carved_parts_, most_carved_parts = most_carved_parts_;
+    for (const double reach : kClearedReaches) {
+      if (!HasOpenFaces() || run_.ShouldStop() || parts_to_clear_ <= 0) break;
+      Filled before = State();
+      const size_t open_before = mesh_.OpenFaces().size();
+      ClearAround(reach);
+      RemoveLooseCells(&mesh_);
+      DeclareHullFaces(hull_, &mesh_);
+      carved_parts_ = 0;
+      most_carved_parts_ = kPartsPerClearedFace * static_cast<int64_t>(mesh_.OpenFaces().size());
+      for (const StarRound& star_round : kSlitRounds) FillWithStars(star_round);
+      TakeFillSteps(seed_);
+      parts_to_clear_ -= carved_parts_;
+      if (mesh_.OpenFaces().size() >= open_before ||
+          VolumeOf(mesh_) < VolumeOf(before.mesh) - kMostClearedVolume) {
+        GoBackTo(std::move(before));
+      }
+    }
+    carved_parts_ = carved_parts;
+    most_carved_parts_ = most_carved_parts;
+  }
+
+  void ClearAround(double reach) {
+    std::vector<Vec3d> open;
+    for (const CellFace& face : mesh_.OpenFaces()) {
+      open.push_back(FaceCentroid(face, mesh_.vertices()));
+    }
+    const PointBins bins(open, 1.0);
+    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      if (!mesh_.alive(cell)) continue;
+      bool is_near = false;
+      bins.ForEachWithin(CellCentroid(mesh_.corners(cell), mesh_.vertices()),
+                         reach + (mesh_.is_hexahedron(cell) ? 0 : kOthersReach),
+                         [&](int) { is_near = true; });
+      if (is_near) mesh_.RemoveCell(cell);
+    }
+  }
+
+  // Opens the mesh at these and fills it again, at each place on its own where that fails as a
+  // whole; where it fails, too, the mesh is as before: filled by tetrahedra over all of it, it
+  // would hardly have a hexahedron left. So it is where no other filling was valid, though. False
+  // if nothing has changed.
+  bool FillOpened(const std::vector<int32_t>& defects, int layers, int round) {
+    size_t left = defects.size();
+    if (TryOpened(defects, layers, round, &left)) return true;
+    bool any = false;
+    const std::vector<std::vector<int32_t>> places = PlacesOf(defects);
+    for (const std::vector<int32_t>& place : places) {
+      if (places.size() == 1 || run_.ShouldStop()) break;
+      if (TryOpened(place, layers, round, &left)) any = true;
+    }
+    return any;
+  }
+
+  // Where stars do not fill what was opened, only what leaves fewer than `left` vertices at defects
+  // is kept; sets that.
+  bool TryOpened(const std::vector<int32_t>& defects, int layers, int round, size_t* left) {
+    Filled before = State();
+    OpenAt(defects, layers);
+    if (round > kDefectAttempts) {
+      carved_parts_ = 0;
+      LimitCarving();
+    } else {
+      most_carved_parts_ = std::max(most_carved_parts_, carved_parts_ + PartsOfOpening());
+    }
+    FillByStars(round);
+    if (!HasOpenFaces()) return true;
+    ClearAndFill();
+    if (HasFewerDefects(left)) return true;
+    if (prefers_tetrahedra_) {
+      FillByTetrahedra(round);
+      return true;
+    }
+    GoBackTo(std::move(before));
+    return false;
+  }
+
+  bool HasFewerDefects(size_t* left) const {
+    if (HasOpenFaces()) return false;
+    const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
+    if (defects.vertices.size() >= *left) return false;
+    *left = defects.vertices.size();
+    return true;
+  }
+
+  // Those that are near each other, by way of others.
+  std::vector<std::vector<int32_t>> PlacesOf(const std::vector<int32_t>& vertices) const {
+    std::vector<Vec3d> points;
+    for (const int32_t v : vertices) points.push_back(mesh_.vertices()[v]);
+    const PointBins bins(points, kPlaceReach);
+    std::vector<std::vector<int32_t>> places;
+    std::vector<uint8_t> is_placed(points.size(), 0);
+    std::vector<size_t> pending;
+    for (size_t first = 0; first < points.size(); ++first) {
+      if (is_placed[first]) continue;
+      places.emplace_back();
+      is_placed[first] = 1;
+      pending.push_back(first);
+      while (!pending.empty()) {
+        const size_t next = pending.back();
+        pending.pop_back();
+        places.back().push_back(vertices[next]);
+        bins.ForEachWithin(points[next], kPlaceReach, [&](int i) {
+          if (is_placed[i]) return;
+          is_placed[i] = 1;
+          pending.push_back(static_cast<size_t>(i));
+        });
+      }
+      std::sort(places.back().begin(), places.back().end());
+    }
+    return places;
+  }
+
+  // A mesh, and which of its cavities have been tried.
+  struct Filled {
+    WorkingMesh mesh;
+    std::set<Attempt> tried;
+  };
+  Filled State() const { return {mesh_, tried_}; }
+  void GoBackTo(Filled state) {
+    mesh_ = std::move(state.mesh);
+    tried_ = std::move(state.tried);
+  }
+
+  void FillByTetrahedra(int round) {
     for (int attempt = 0; attempt < kDelaunayAttempts && HasOpenFaces(); ++attempt) {
       if (run_.ShouldStop()) return;
       for (int layer = 0; layer < attempt; ++layer) RemoveCellsAtCavities();
@@ -255,10 +409,10 @@ class Closer {
     for (const StarRound& round : kSlitRounds) FillWithStars(round);
   }
 
-  void LimitCarving() {
-    const auto open = static_cast<int64_t>(mesh_.OpenFaces().size());
-    most_carved_parts_ = std::min(most_carved_parts_, kPartsOfOpening + kPartsPerOpenedFace * open);
+  int64_t PartsOfOpening() const {
+    return kPartsOfOpening + kPartsPerOpenedFace * static_cast<int64_t>(mesh_.OpenFaces().size());
   }
+  void LimitCarving() { most_carved_parts_ = std::min(most_carved_parts_, PartsOfOpening()); }
 
   // Tries every cavity once, smallest first; true if any was filled.
   bool FillWithStars(const StarRound& round) {
@@ -295,8 +449,6 @@ class Closer {
     return any;
   }
 
-  // A cavity that a star round has failed to fill is not tried again before it has changed.
-  using Attempt = std::pair<int, std::vector<int>>;
   Attempt AttemptAt(const std::vector<CellFace>& faces, const StarRound& round) const {
     Attempt attempt{round.depth, {}};
     for (const CellFace& face : faces) attempt.second.push_back(mesh_.FindHalfFace(face));
@@ -344,6 +496,8 @@ class Closer {
   std::vector<int> times_opened_;  // [vertex] as one of a cell at a defect
   int64_t carved_parts_ = 0;
   int64_t most_carved_parts_;
+  int64_t parts_to_clear_;  // what carving may still cost where all around is given up first
+  bool prefers_tetrahedra_ = false;  // to boundary defects
   size_t first_open_ = 1;
 };
 

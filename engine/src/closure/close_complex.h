@@ -35,6 +35,7 @@ absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hul
 struct Mended {
   CellComplex complex;
   bool changed = false;
+  bool resists = false;  // opened, it could not be closed: it is as it was
 };
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,
                                     const MeshingParams& params, RunContext& run);

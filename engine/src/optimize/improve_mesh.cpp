@@ -66,6 +66,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     AMHEX_ASSIGN_OR_RETURN(Mended mended,
                            MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
+    if (mended.resists) continue;
     if (!mended.changed) break;
     AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
   }

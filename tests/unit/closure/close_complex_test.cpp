@@ -229,23 +229,46 @@ TEST(CloseComplex, LosesNoMoreOfAPartThatNoCellReachesInto) {
   }
 }
 
+// A grid of n cells along each axis whose vertices inside are moved by up to half of `range`.
+CellComplex ShakenInside(int n, double range, unsigned seed) {
+  CellComplex grid = GridComplex({n, n, n});
+  std::minstd_rand random(seed);
+  for (Vec3d& p : grid.vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double offset = double(random()) / double(std::minstd_rand::max()) - 0.5;
+      const bool interior = p[axis] > 0.5 && p[axis] < n - 0.5;
+      if (interior) p[axis] += range * offset;
+    }
+  }
+  return grid;
+}
+
 TEST(CloseComplex, ShakenVerticesStillClose) {
-  const GridSize n{5, 5, 5};
-  const Hull hull = GridHull(n, 1.0);
+  const Hull hull = GridHull({5, 5, 5}, 1.0);
   for (unsigned seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
-    CellComplex grid = GridComplex(n);
-    std::minstd_rand random(seed);
-    for (Vec3d& p : grid.vertices) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool interior = p[axis] > 0.5 && p[axis] < 4.5;
-        if (interior) p[axis] += 0.25 * (double(random()) / double(std::minstd_rand::max()) - 0.5);
-      }
-    }
     RunContext run;
-    const auto closed = CloseComplex(WithHoles(grid, 0.1, seed), hull, {}, run);
+    const auto closed =
+        CloseComplex(WithHoles(ShakenInside(5, 0.25, seed), 0.1, seed), hull, {}, run);
     ASSERT_TRUE(closed.ok()) << closed.status();
     EXPECT_TRUE(WorkingMesh(*closed).OpenFaces().empty());
+  }
+}
+
+// Cavities that resist cost the cells around them, not those of the whole mesh.
+TEST(CloseComplex, KeepsMostHexahedraWhereCavitiesResist) {
+  const Hull hull = GridHull({6, 6, 6}, 1.0);
+  for (const unsigned seed : {1u, 10u}) {
+    SCOPED_TRACE(seed);
+    const CellComplex open = WithHoles(ShakenInside(6, 0.8, seed), 0.3, seed);
+    RunContext run;
+    const auto closed = CloseComplex(open, hull, {}, run);
+    ASSERT_TRUE(closed.ok()) << closed.status();
+    const WorkingMesh mesh(*closed);
+    EXPECT_TRUE(mesh.OpenFaces().empty());
+    int hexahedra = 0;
+    for (int cell = 0; cell < mesh.cell_slots(); ++cell) hexahedra += mesh.is_hexahedron(cell);
+    EXPECT_GT(2 * hexahedra, static_cast<int>(open.cells.size()));
   }
 }
 
