@@ -1,9 +1,9 @@
 // The guarantee: whatever assembly left open is filled, or the run fails with the place.
 //
 // Cheapest repair first: loose cells go, faces near the hull snap to it, small cavities become
-// stars, large networks of slits are carved into stars part by part, and what remains becomes
-// Delaunay tetrahedra, whose slits stars close again. Not in the paper, whose assembly ends when no
-// tetrahedron fits any more.
+// stars, large networks of slits are carved into stars part by part, what resists is cleared of the
+// cells around and filled anew, and what remains becomes Delaunay tetrahedra, whose slits stars
+// close again. Not in the paper, whose assembly ends when no tetrahedron fits any more.
 #pragma once
 
 #include <cstdint>
