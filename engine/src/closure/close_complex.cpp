@@ -19,6 +19,8 @@ namespace {
 
 // Boundary defects are opened and filled anew, each time that they come again a layer farther.
 constexpr int kDefectAttempts = 6;
+// What could not be filled so often, one after the other, hardly ever is a layer farther.
+constexpr int kVainAttempts = 2;
 // Rounds of refilling have seeds of their own, beyond those of closing.
 constexpr int kRefillRound = 2 * kDefectAttempts;
 // Seeds of one attempt are counted up from its own base.
@@ -46,12 +48,15 @@ class Closer {
     filler_.ClearAndFill();
     filler_.FillByTetrahedra(0);
     std::optional<WorkingMesh> with_far_faces;
-    for (int attempt = 1; attempt <= kDefectAttempts && !mesh_.HasOpenFaces(); ++attempt) {
+    int in_vain = 0;
+    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < kVainAttempts; ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
+      if (mesh_.HasOpenFaces()) break;
       const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
       if (defects.vertices.empty()) break;
       if (!with_far_faces.has_value() && defects.are_just_far) with_far_faces = mesh_;
-      FillOpened(defects.vertices, 0, attempt);
+      in_vain = FillOpened(defects, 0, attempt) ? 0 : in_vain + 1;
+      if (in_vain > 0 && defects.are_just_far) break;
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {
@@ -78,7 +83,7 @@ class Closer {
     Mended mended;
     if (!defects.vertices.empty()) {
       filler_.ClearLess();
-      mended.changed = FillOpened(defects.vertices, layers, kDefectAttempts + 1 + layers);
+      mended.changed = FillOpened(defects, layers, kDefectAttempts + 1 + layers);
       mended.resists = !mended.changed && !defects.are_just_far;
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
@@ -115,21 +120,24 @@ class Closer {
   // whole; where it fails, too, the mesh is as before: filled by tetrahedra over all of it, it
   // would hardly have a hexahedron left. So it is where no other filling was valid, though. False
   // if nothing has changed.
-  bool FillOpened(const std::vector<int32_t>& defects, int layers, int round) {
-    size_t left = defects.size();
-    if (TryOpened(defects, layers, round, &left)) return true;
+  bool FillOpened(const BoundaryDefects& defects, int layers, int round) {
+    // A mesh that is merely far from the hull somewhere is worth no clearing.
+    const bool may_clear = !defects.are_just_far;
+    size_t left = defects.vertices.size();
+    if (TryOpened(defects.vertices, may_clear, layers, round, &left)) return true;
     bool any = false;
-    const std::vector<std::vector<int32_t>> places = PlacesOf(defects, mesh_);
+    const std::vector<std::vector<int32_t>> places = PlacesOf(defects.vertices, mesh_);
     for (const std::vector<int32_t>& place : places) {
       if (places.size() == 1 || run_.ShouldStop()) break;
-      if (TryOpened(place, layers, round, &left)) any = true;
+      if (TryOpened(place, may_clear, layers, round, &left)) any = true;
     }
     return any;
   }
 
   // Where stars do not fill what was opened, only what leaves fewer than `left` vertices at defects
   // is kept; sets that.
-  bool TryOpened(const std::vector<int32_t>& defects, int layers, int round, size_t* left) {
+  bool TryOpened(const std::vector<int32_t>& defects, bool may_clear, int layers, int round,
+                 size_t* left) {
     CavityFiller::State before = filler_.Save();
     OpenAt(defects, layers);
     if (round > kDefectAttempts) {
@@ -139,7 +147,7 @@ class Closer {
     }
     filler_.FillByStars(round);
     if (!mesh_.HasOpenFaces()) return true;
-    filler_.ClearAndFill();
+    if (may_clear) filler_.ClearAndFill();
     if (HasFewerDefects(left)) return true;
     if (prefers_tetrahedra_) {
       filler_.FillByTetrahedra(round);
