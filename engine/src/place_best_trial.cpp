@@ -36,11 +36,12 @@ struct Best {
     return complex.has_value() ? loss.total() : std::numeric_limits<double>::infinity();
   }
 
-  // What the cells of another closed trial cost goes with how many are no hexahedra, mostly. False
-  // if it would have to be better than that.
-  bool MayLoseTo(int64_t others) const {
-    const double ratio = static_cast<double>(others) / static_cast<double>(closed_others);
-    return !complex.has_value() || closed_others == 0 || loss.cells * ratio < loss.total();
+  // What the cells of another closed trial cost goes with how many are no hexahedra, mostly. With
+  // so many it would have to be better than that. Nothing where any trial is welcome.
+  std::optional<double> MostOthers() const {
+    if (!complex.has_value()) return std::nullopt;
+    if (closed_others == 0 || loss.cells == 0) return std::numeric_limits<double>::infinity();
+    return static_cast<double>(closed_others) * loss.total() / loss.cells;
   }
 
   void Update(PlacedCandidate next) {
@@ -88,14 +89,17 @@ class Turns {
       complex = std::move(closed_[i].complex);
     } else {
       assembly = waiting_[i - closed_.size()];
-      absl::StatusOr<CellComplex> late =
-          CloseComplex(assemblies_[assembly], with_.hull, with_.params, run);
+      absl::StatusOr<CellComplex> late = CloseComplex(
+          assemblies_[assembly], with_.hull, with_.params, run, {.most_others = best.MostOthers()});
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       if (!late.ok()) return std::optional<PlacedCandidate>();
       complex = *std::move(late);
     }
     const int64_t others = CountOthers(complex);
-    if (!best.MayLoseTo(others)) return std::optional<PlacedCandidate>();
+    const std::optional<double> most_others = best.MostOthers();
+    if (most_others.has_value() && static_cast<double>(others) >= *most_others) {
+      return std::optional<PlacedCandidate>();
+    }
     AMHEX_ASSIGN_OR_RETURN(complex, ImproveMesh(std::move(complex), with_, run));
     const PlacedLoss loss = LossOf(complex, with_, kMendableMinimum, StopPoll(run));
     return std::optional<PlacedCandidate>({assembly, std::move(complex), others, false, loss});

@@ -51,7 +51,7 @@ absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Impro
       absl::InternalError("no valid mesh was found; try another cell count");
   for (int filling = 1; filling < kMaxFillings && !(last.ok() && last->is_valid); ++filling) {
     absl::StatusOr<CellComplex> closed =
-        CloseComplex(assembled, with.hull, with.params, run, filling);
+        CloseComplex(assembled, with.hull, with.params, run, {.attempt = filling});
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
     if (!closed.ok()) {
       if (!last.ok()) last = closed.status();

@@ -32,24 +32,28 @@ class Closer {
       : hull_(hull), run_(run), filler_(complex, hull, seed, run), mesh_(filler_.mesh()) {}
 
   // `watched`, if any, is told of progress.
-  absl::StatusOr<CellComplex> Run(int layers, RunContext* watched) {
+  absl::StatusOr<CellComplex> Run(const Closing& closing, RunContext* watched) {
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
     FillWedges(hull_, &mesh_, StopPoll(run_));
-    for (int layer = 0; layer < layers; ++layer) filler_.RemoveCellsAtCavities();
-    prefers_tetrahedra_ = layers > 0;
+    for (int layer = 0; layer < closing.attempt; ++layer) filler_.RemoveCellsAtCavities();
+    prefers_tetrahedra_ = closing.attempt > 0;
     filler_.Watch(watched);
     for (const StarRound& round : kFirstRounds) {
       filler_.FillWithStars(round);
       RemoveLooseCells(&mesh_);
     }
     filler_.FillByStars(0);
+    AMHEX_RETURN_IF_ERROR(CheckOthers(closing));
     filler_.ClearAndFill();
-    filler_.FillByTetrahedra(0);
+    const bool is_needed = !closing.most_others.has_value();
+    if (is_needed) filler_.FillByTetrahedra(0);
+    AMHEX_RETURN_IF_ERROR(CheckOthers(closing));
     std::optional<WorkingMesh> with_far_faces;
     int in_vain = 0;
-    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < kVainAttempts; ++attempt) {
+    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < (is_needed ? kVainAttempts : 1);
+         ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (mesh_.HasOpenFaces()) break;
       const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
@@ -199,6 +203,18 @@ class Closer {
     for (const StarRound& round : kSlitRounds) filler_.FillWithStars(round);
   }
 
+  absl::Status CheckOthers(const Closing& closing) const {
+    if (!closing.most_others.has_value()) return absl::OkStatus();
+    int64_t others = 0;
+    for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
+      if (mesh_.alive(cell) && !mesh_.is_hexahedron(cell)) ++others;
+    }
+    if (static_cast<double>(others) <= *closing.most_others) return absl::OkStatus();
+    return absl::InternalError(
+        absl::StrFormat("no better mesh was found: %d cells are no hexahedra, more than %g", others,
+                        *closing.most_others));
+  }
+
   absl::Status OpenError() const {
     const auto open = mesh_.OpenFaces();
     const Vec3d place = hull_.frame.ToUser(FaceCentroid(open.front(), mesh_.vertices()));
@@ -220,16 +236,16 @@ class Closer {
 
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run,
-                                         int attempt) {
-  const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(attempt);
+                                         const Closing& closing) {
+  const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(closing.attempt);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  return Closer(complex, hull, seed, run).Run(attempt, &run);
+  return Closer(complex, hull, seed, run).Run(closing, &run);
 }
 
 absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
                                            const MeshingParams& params, const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  return Closer(complex, hull, params.run.seed, run).Run(0, nullptr);
+  return Closer(complex, hull, params.run.seed, run).Run({}, nullptr);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,

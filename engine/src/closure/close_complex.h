@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -17,13 +18,19 @@
 
 namespace amhex {
 
+struct Closing {
+  int attempt = 0;  // a higher one gives another filling, over voids that are that many cells wider
+  // Where a valid mesh is known already: cells other than hexahedra that another one may come to,
+  // and that without the last resort.
+  std::optional<double> most_others = std::nullopt;
+};
+
 // Returns a complex without open faces: every face is shared by two cells or lies on the hull.
-// A higher `attempt` gives another filling, over voids that are that many cells wider; 0 first.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (cavities that resist, the message tells where; no
-// cell left).
+// cell left; more others than permitted, told as soon as there are).
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run,
-                                         int attempt = 0);
+                                         const Closing& closing = {});
 
 // The first attempt, which tells nobody of its progress, so that several may run side by side.
 absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,

@@ -1,5 +1,6 @@
 #include "closure/close_complex.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -270,6 +271,33 @@ TEST(CloseComplex, KeepsMostHexahedraWhereCavitiesResist) {
     for (int cell = 0; cell < mesh.cell_slots(); ++cell) hexahedra += mesh.is_hexahedron(cell);
     EXPECT_GT(2 * hexahedra, static_cast<int>(open.cells.size()));
   }
+}
+
+int OthersOf(const CellComplex& complex) {
+  const WorkingMesh mesh(complex);
+  int others = 0;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) others += !mesh.is_hexahedron(cell);
+  return others;
+}
+
+// Where a better mesh is known, no time is spent on one that has become worse.
+TEST(CloseComplex, GivesUpOnceMoreCellsAreNoHexahedraThanPermitted) {
+  const Hull hull = GridHull({5, 5, 5}, 1.0);
+  const CellComplex open = WithHoles(ShakenInside(5, 0.25, 1), 0.25, 1);
+  RunContext run;
+  const auto closed = CloseComplex(open, hull, {}, run);
+  ASSERT_TRUE(closed.ok()) << closed.status();
+  const int others = OthersOf(*closed);
+  ASSERT_GT(others, 0);
+
+  const auto permitted = CloseComplex(open, hull, {}, run, {.most_others = double(others)});
+  ASSERT_TRUE(permitted.ok()) << permitted.status();
+  EXPECT_EQ(permitted->cells, closed->cells);
+  EXPECT_TRUE(permitted->vertices == closed->vertices);
+
+  const auto refused = CloseComplex(open, hull, {}, run, {.most_others = 0.0});
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(refused.status().message(), ::testing::HasSubstr("no hexahedra, more than 0"));
 }
 
 TEST(CloseComplex, StopsWhenAsked) {
