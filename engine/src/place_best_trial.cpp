@@ -140,7 +140,7 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
     AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, best, run));
     if (!next.has_value()) continue;
     AMHEX_ASSIGN_OR_RETURN(RefilledTrial refilled,
-                           RefillTrial(std::move(next->complex), next->is_followed, with, run));
+                           RefillTrial(next->complex, next->is_followed, with, run));
     if (!refilled.is_valid) {
       broken.push_back(next->assembly);
       continue;

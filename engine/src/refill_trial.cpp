@@ -22,7 +22,7 @@ constexpr int kMaxFillings = 3;
 
 }  // namespace
 
-absl::StatusOr<RefilledTrial> RefillTrial(CellComplex placed, bool is_followed,
+absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_followed,
                                           const Improvement& with, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                          RefillPlaces(placed, with.hull, with.features, with.params, run));
@@ -58,7 +58,7 @@ absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Impro
       continue;
     }
     AMHEX_ASSIGN_OR_RETURN(CellComplex placed, ImproveMesh(*std::move(closed), with, run));
-    AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(std::move(placed), false, with, run));
+    AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(placed, false, with, run));
   }
   return last;
 }

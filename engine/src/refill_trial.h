@@ -17,7 +17,7 @@ struct RefilledTrial {
 // `is_followed` does not say that both have been done before; with more vertices where it stays too
 // far away, and without edges of no length.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL, and those of RunOnCuda.
-absl::StatusOr<RefilledTrial> RefillTrial(CellComplex placed, bool is_followed,
+absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_followed,
                                           const Improvement& with, RunContext& run);
 
 // A filling that breaks the law once its vertices are placed is not the only one: further ones of

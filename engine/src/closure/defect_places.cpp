@@ -14,6 +14,7 @@ constexpr double kPlaceReach = 3.0;  // edge lengths
 std::vector<std::vector<int32_t>> PlacesOf(const std::vector<int32_t>& vertices,
                                            const WorkingMesh& mesh) {
   std::vector<Vec3d> points;
+  points.reserve(vertices.size());
   for (const int32_t v : vertices) points.push_back(mesh.vertices()[v]);
   const PointBins bins(points, kPlaceReach);
   std::vector<std::vector<int32_t>> places;
