@@ -37,10 +37,11 @@ struct Best {
   }
 
   // What the cells of another closed trial cost goes with how many are no hexahedra, mostly. With
-  // so many it would have to be better than that. Nothing where any trial is welcome.
-  std::optional<double> MostOthers() const {
-    if (!complex.has_value()) return std::nullopt;
-    if (closed_others == 0 || loss.cells == 0) return std::numeric_limits<double>::infinity();
+  // so many it would have to be better than that.
+  double MostOthers() const {
+    if (!complex.has_value() || closed_others == 0 || loss.cells == 0) {
+      return std::numeric_limits<double>::infinity();
+    }
     return static_cast<double>(closed_others) * loss.total() / loss.cells;
   }
 
@@ -53,7 +54,8 @@ struct Best {
 };
 
 // The trials in the order of their turns: those that were placed beside each other, the other
-// closed ones, those that wait; each is brought as far as that when its turn comes.
+// closed ones, those that wait, those that resist while nothing else is valid; each is brought as
+// far as that when its turn comes.
 class Turns {
  public:
   Turns(const std::vector<CellComplex>& assemblies, ClosedTrials trials, PlacedCandidates placed,
@@ -61,13 +63,15 @@ class Turns {
       : assemblies_(assemblies),
         closed_(std::move(trials.closed)),
         waiting_(std::move(trials.waiting)),
+        resisting_(std::move(trials.resisting)),
         placed_(std::move(placed.candidates)),
         cost_(placed.cost),
         with_(with) {}
 
   // How many have a turn, of all that there are, where a choice of `least` is wanted.
   size_t Count(size_t least) const {
-    return std::max(placed_.size(), std::min(closed_.size() + waiting_.size(), least));
+    return std::max(placed_.size(),
+                    std::min(closed_.size() + waiting_.size() + resisting_.size(), least));
   }
 
   // Turn `i`, after those before it. Nothing where the trial cannot be closed, or is not likely to
@@ -88,18 +92,20 @@ class Turns {
       assembly = closed_[i].assembly;
       complex = std::move(closed_[i].complex);
     } else {
-      assembly = waiting_[i - closed_.size()];
-      absl::StatusOr<CellComplex> late = CloseComplex(
-          assemblies_[assembly], with_.hull, with_.params, run, {.most_others = best.MostOthers()});
+      const size_t turn = i - closed_.size();
+      assembly = turn < waiting_.size() ? waiting_[turn] : resisting_[turn - waiting_.size()];
+      if (turn >= waiting_.size() && best.complex.has_value()) {
+        return std::optional<PlacedCandidate>();
+      }
+      const Closing closing{.may_fail = best.complex.has_value(), .most_others = best.MostOthers()};
+      absl::StatusOr<CellComplex> late =
+          CloseComplex(assemblies_[assembly], with_.hull, with_.params, run, closing);
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       if (!late.ok()) return std::optional<PlacedCandidate>();
       complex = *std::move(late);
     }
     const int64_t others = CountOthers(complex);
-    const std::optional<double> most_others = best.MostOthers();
-    if (most_others.has_value() && static_cast<double>(others) >= *most_others) {
-      return std::optional<PlacedCandidate>();
-    }
+    if (static_cast<double>(others) >= best.MostOthers()) return std::optional<PlacedCandidate>();
     AMHEX_ASSIGN_OR_RETURN(complex, ImproveMesh(std::move(complex), with_, run));
     const PlacedLoss loss = LossOf(complex, with_, kMendableMinimum, StopPoll(run));
     return std::optional<PlacedCandidate>({assembly, std::move(complex), others, false, loss});
@@ -108,6 +114,7 @@ class Turns {
   const std::vector<CellComplex>& assemblies_;
   std::vector<ClosedTrial> closed_;
   std::vector<size_t> waiting_;
+  std::vector<size_t> resisting_;
   std::vector<PlacedCandidate> placed_;
   CostOfFollowing cost_;
   Improvement with_;

@@ -61,21 +61,23 @@ size_t CountToClose(const std::vector<RankedComplex>& ranked, const TrialPlan& p
   return count;
 }
 
-// The first `count` of the ranked ones, in their order. Several are closed side by side, and a
-// watcher then sees whole trials.
-std::vector<absl::StatusOr<CellComplex>> CloseFirst(const std::vector<const CellComplex*>& first,
+// The assemblies `first`, in their order. Several are closed side by side, none of
+// them by the last resort, and a watcher then sees whole trials.
+std::vector<absl::StatusOr<CellComplex>> CloseFirst(const std::vector<CellComplex>& assemblies,
+                                                    const std::vector<size_t>& first,
                                                     const Hull& hull, const MeshingParams& params,
                                                     RunContext& run) {
   std::vector<absl::StatusOr<CellComplex>> closed(first.size());
   if (first.size() == 1) {
-    closed[0] = CloseComplex(*first[0], hull, params, run);
+    closed[0] = CloseComplex(assemblies[first[0]], hull, params, run);
     return closed;
   }
   std::mutex mutex;  // of the report
   size_t done = 0;
   oneapi::tbb::parallel_for(size_t{0}, first.size(), [&](size_t i) {
-    closed[i] = CloseUnwatched(*first[i], hull, params, run);
-    const CellComplex& cells = closed[i].ok() ? *closed[i] : *first[i];
+    const CellComplex& assembly = assemblies[first[i]];
+    closed[i] = CloseUnwatched(assembly, hull, params, run, {.may_fail = true});
+    const CellComplex& cells = closed[i].ok() ? *closed[i] : assembly;
     const CellCounts counts = CountCells(cells);
     const std::lock_guard lock(mutex);
     Progress progress = run.progress();
@@ -165,22 +167,38 @@ absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assembl
   return GuardStage(run, Stage::kClose, [&]() -> absl::StatusOr<ClosedTrials> {
     AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> ranked,
                            RankComplexes(assemblies, hull, run));
+    std::vector<size_t> open;  // best first
+    open.reserve(ranked.size());
+    for (const RankedComplex& next : ranked) open.push_back(next.index);
     std::vector<size_t> sources;
     std::vector<CellComplex> complexes;
     absl::Status first_error;
-    size_t count = CountToClose(ranked, plan, hull), begin = 0;
-    for (; begin < ranked.size() && complexes.empty(); begin += count, count = 1) {
-      std::vector<const CellComplex*> chosen;
-      for (size_t i = begin; i < begin + count; ++i) chosen.push_back(&assemblies[ranked[i].index]);
-      std::vector<absl::StatusOr<CellComplex>> closed = CloseFirst(chosen, hull, params, run);
-      if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
-      for (size_t i = 0; i < count; ++i) {
-        first_error.Update(closed[i].status());
-        if (!closed[i].ok()) continue;
-        sources.push_back(ranked[begin + i].index);
-        complexes.push_back(*std::move(closed[i]));
-      }
+    const auto keep_closed = [&](size_t source, absl::StatusOr<CellComplex> closed) {
+      first_error.Update(closed.status());
+      if (!closed.ok()) return false;
+      sources.push_back(source);
+      complexes.push_back(*std::move(closed));
+      return true;
+    };
+    const size_t count = CountToClose(ranked, plan, hull);
+    const std::vector<size_t> first(open.begin(), open.begin() + static_cast<int64_t>(count));
+    open.erase(open.begin(), open.begin() + static_cast<int64_t>(count));
+    std::vector<absl::StatusOr<CellComplex>> closed =
+        CloseFirst(assemblies, first, hull, params, run);
+    std::vector<size_t> resisting;
+    for (size_t i = 0; i < count; ++i) {
+      if (!keep_closed(first[i], std::move(closed[i])) && count > 1) resisting.push_back(first[i]);
     }
+    if (complexes.empty()) {
+      open.insert(open.begin(), resisting.begin(), resisting.end());
+      resisting.clear();
+    }
+    while (complexes.empty() && !open.empty()) {
+      if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
+      keep_closed(open.front(), CloseComplex(assemblies[open.front()], hull, params, run));
+      open.erase(open.begin());
+    }
+    if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
     if (complexes.empty()) return first_error;
     AMHEX_ASSIGN_OR_RETURN(const std::vector<RankedComplex> best,
                            RankComplexes(complexes, hull, run));
@@ -189,7 +207,8 @@ absl::StatusOr<ClosedTrials> CloseTrials(const std::vector<CellComplex>& assembl
     for (const RankedComplex& next : best) {
       trials.closed.push_back({sources[next.index], std::move(complexes[next.index])});
     }
-    for (size_t i = begin; i < ranked.size(); ++i) trials.waiting.push_back(ranked[i].index);
+    trials.waiting = std::move(open);
+    trials.resisting = std::move(resisting);
     return trials;
   });
 }

@@ -46,6 +46,7 @@ struct ClosedTrial {
 struct ClosedTrials {
   std::vector<ClosedTrial> closed;  // best first
   std::vector<size_t> waiting;      // assemblies that are still open, best first
+  std::vector<size_t> resisting;    // those that only the last resort would close
 };
 
 // Stage close: the most promising assemblies, closed. One that cannot be closed is dropped as long

@@ -46,14 +46,14 @@ class Closer {
     }
     filler_.FillByStars(0);
     AMHEX_RETURN_IF_ERROR(CheckOthers(closing));
+    if (closing.may_fail) filler_.ClearLess();
     filler_.ClearAndFill();
-    const bool is_needed = !closing.most_others.has_value();
-    if (is_needed) filler_.FillByTetrahedra(0);
+    if (!closing.may_fail) filler_.FillByTetrahedra(0);
     AMHEX_RETURN_IF_ERROR(CheckOthers(closing));
     std::optional<WorkingMesh> with_far_faces;
+    const int most_in_vain = closing.may_fail ? 1 : kVainAttempts;
     int in_vain = 0;
-    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < (is_needed ? kVainAttempts : 1);
-         ++attempt) {
+    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < most_in_vain; ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (mesh_.HasOpenFaces()) break;
       const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
@@ -204,15 +204,14 @@ class Closer {
   }
 
   absl::Status CheckOthers(const Closing& closing) const {
-    if (!closing.most_others.has_value()) return absl::OkStatus();
     int64_t others = 0;
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
       if (mesh_.alive(cell) && !mesh_.is_hexahedron(cell)) ++others;
     }
-    if (static_cast<double>(others) <= *closing.most_others) return absl::OkStatus();
+    if (static_cast<double>(others) <= closing.most_others) return absl::OkStatus();
     return absl::InternalError(
         absl::StrFormat("no better mesh was found: %d cells are no hexahedra, more than %g", others,
-                        *closing.most_others));
+                        closing.most_others));
   }
 
   absl::Status OpenError() const {
@@ -232,20 +231,24 @@ class Closer {
   bool prefers_tetrahedra_ = false;  // to boundary defects
 };
 
+uint64_t SeedOf(const Closing& closing, const MeshingParams& params) {
+  return params.run.seed + kSeedStride * static_cast<uint64_t>(closing.attempt);
+}
+
 }  // namespace
 
 absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull& hull,
                                          const MeshingParams& params, RunContext& run,
                                          const Closing& closing) {
-  const uint64_t seed = params.run.seed + kSeedStride * static_cast<uint64_t>(closing.attempt);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  return Closer(complex, hull, seed, run).Run(closing, &run);
+  return Closer(complex, hull, SeedOf(closing, params), run).Run(closing, &run);
 }
 
 absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
-                                           const MeshingParams& params, const RunContext& run) {
+                                           const MeshingParams& params, const RunContext& run,
+                                           const Closing& closing) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  return Closer(complex, hull, params.run.seed, run).Run({}, nullptr);
+  return Closer(complex, hull, SeedOf(closing, params), run).Run(closing, nullptr);
 }
 
 absl::StatusOr<Mended> MendBoundary(const CellComplex& complex, const Hull& hull, int layers,

@@ -7,7 +7,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <limits>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -20,9 +20,10 @@ namespace amhex {
 
 struct Closing {
   int attempt = 0;  // a higher one gives another filling, over voids that are that many cells wider
-  // Where a valid mesh is known already: cells other than hexahedra that another one may come to,
-  // and that without the last resort.
-  std::optional<double> most_others = std::nullopt;
+  // Where there are other trials: without the last resort, and with less effort before it.
+  bool may_fail = false;
+  // Where a better mesh is known: cells other than hexahedra that this one may come to.
+  double most_others = std::numeric_limits<double>::infinity();
 };
 
 // Returns a complex without open faces: every face is shared by two cells or lies on the hull.
@@ -32,9 +33,10 @@ absl::StatusOr<CellComplex> CloseComplex(const CellComplex& complex, const Hull&
                                          const MeshingParams& params, RunContext& run,
                                          const Closing& closing = {});
 
-// The first attempt, which tells nobody of its progress, so that several may run side by side.
+// The same, but tells nobody of its progress, so that several may run side by side.
 absl::StatusOr<CellComplex> CloseUnwatched(const CellComplex& complex, const Hull& hull,
-                                           const MeshingParams& params, const RunContext& run);
+                                           const MeshingParams& params, const RunContext& run,
+                                           const Closing& closing = {});
 
 // For a closed complex whose vertices have moved since: opens the mesh `layers` cells around the
 // defects of its boundary (boundary_defects.h) and closes it again. Without defects the complex
