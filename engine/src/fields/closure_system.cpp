@@ -94,8 +94,9 @@ AMHEX_LANES_INLINE void AdjointOfCube(const NodeSlots& slots, const Weights& wei
                             LoadFloats(curls + kCubeSlots * (3 * before + a)) +
                             behind[before][0][a] - behind[after][1][a];
       constexpr SlotLanes kOne = {1, 1, 1, 1, 1, 1, 1, 1};
-      const SlotLanes own =
-          MaskOfBits(weights.follows[int64_t{9} * cube + 3 * d + a]) ? kOne * weights.hull : kOne;
+      const SlotLanes own = MaskOfBits(weights.follows[int64_t{9} * cube + int64_t{3} * d + a])
+                                ? kOne * weights.hull
+                                : kOne;
       StoreFloats(own * LoadFloats(vectors.x + kCubeSize * cube + at) + sum * weights.closing,
                   vectors.product + kCubeSize * cube + at);
     }
@@ -128,7 +129,7 @@ void ClosureSystem::SetSlot(int64_t slot) {
     uint8_t& regular = is_regular_[3 * cube + d];
     if (IsRegularSquare(level_, codes_, node, d)) regular = static_cast<uint8_t>(regular | bit);
     for (int a = 0; a < 3; ++a) {
-      uint8_t& followed = follows_in_cube_[int64_t{9} * cube + 3 * d + a];
+      uint8_t& followed = follows_in_cube_[int64_t{9} * cube + int64_t{3} * d + a];
       if (Follows(follows_, node, d, a)) followed = static_cast<uint8_t>(followed | bit);
     }
   }
