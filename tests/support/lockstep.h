@@ -245,11 +245,24 @@ inline amhex::lockstep::BlockIndex blockIdx{};
                            __LINE__)
 
 #define __reduce_or_sync(mask, value) amhex::lockstep::ReduceOr(mask, value, __LINE__)
+#define __reduce_add_sync(mask, value) amhex::lockstep::ReduceAdd(mask, value, __LINE__)
 #define __reduce_min_sync(mask, value) amhex::lockstep::ReduceMin(mask, value, __LINE__)
 
 inline int __ffs(int bits) { return __builtin_ffs(bits); }
 inline int __clz(int bits) { return bits == 0 ? 32 : __builtin_clz(static_cast<unsigned>(bits)); }
 
+template <class T>
+T atomicOr(T* target, T value) {
+  const T before = *target;
+  *target |= value;
+  return before;
+}
+template <class T>
+T atomicMax(T* target, T value) {
+  const T before = *target;
+  *target = std::max(before, value);
+  return before;
+}
 template <class T>
 T atomicAdd(T* target, T value) {
   const T before = *target;
@@ -275,6 +288,14 @@ inline unsigned ReduceOr(unsigned mask, unsigned value, int site) {
     bits |= FromBits<unsigned>(of_lane);
   }
   return bits;
+}
+
+inline unsigned ReduceAdd(unsigned mask, unsigned value, int site) {
+  unsigned sum = 0;
+  for (const auto& of_lane : the_block.Exchange(mask, Bits(value), site)) {
+    sum += FromBits<unsigned>(of_lane);
+  }
+  return sum;
 }
 
 inline unsigned ReduceMin(unsigned mask, unsigned value, int site) {

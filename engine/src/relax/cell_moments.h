@@ -88,9 +88,13 @@ AMHEX_HD inline void AddSecondMoments(uint32_t owned, const LatticePoint& base,
   AtomicAdd(&moments.zx, m.zx);
 }
 
+// One element per number, not per cell: neighbouring threads of a device write side by side.
 struct ClearMomentsBody {
+  static constexpr int64_t kNumbers = sizeof(CellMoments) / sizeof(int64_t);
   ArrayView<CellMoments> moments;
-  AMHEX_HD void operator()(int64_t site) const { moments[site] = CellMoments{}; }
+  AMHEX_HD void operator()(int64_t number) const {
+    reinterpret_cast<int64_t*>(moments.data)[number] = 0;
+  }
 };
 
 }  // namespace amhex

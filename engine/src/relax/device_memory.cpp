@@ -40,10 +40,14 @@ int64_t ExpectedRelaxationBytes(int64_t cell_count, double fill, const Relaxatio
   const double tiles_per_cell = params.lattice_points_per_site / static_cast<double>(kTilePoints);
   // Two sets of bins of one edge length, and the side of every tile.
   constexpr double kBytesPerBin = 2 * sizeof(int32_t), kBytesPerTile = sizeof(int32_t);
-  constexpr double kBytesPerLabelledTile = sizeof(LabelItem) + sizeof(LabelGroup);
+  const FccLattice lattice{std::cbrt(0.5 / params.lattice_points_per_site), 0, 0, 0};
+  const LabelShape shape = ShapeOf(lattice);
+  const double bytes_per_labelled_tile =
+      static_cast<double>(sizeof(LabelItem)) +
+      static_cast<double>(LabelBytesPerGroup(shape)) / TilesPerGroup(shape);
   return static_cast<int64_t>(capacity * BytesPerSite() +
                               box * (kBytesPerBin + tiles_per_cell * kBytesPerTile) +
-                              sites * tiles_per_cell * kBytesPerLabelledTile);
+                              sites * tiles_per_cell * bytes_per_labelled_tile);
 }
 
 }  // namespace amhex

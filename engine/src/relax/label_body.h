@@ -28,9 +28,13 @@ struct LabelTileBody {
   ArrayView<const SiteMetric> metric;  // [site_count] by slot of the bins
   float largest_size = 1.0f;           // of any site along any axis, edge lengths
   bool wants_second_moments = false;
-  ArrayView<const int64_t> cluster_count;  // [1]; where it is 0 nobody needs them; may be empty
-  ArrayView<CellMoments> moments;          // [site_count], zero before
-  ArrayView<int32_t> labels;               // [item_count][256] owners, or empty when not wanted
+  // Second moments are added up of cells that others claim so often, if there are such; of all
+  // where these are empty.
+  ArrayView<const int64_t> cluster_count;  // [1] 0: no cell is split
+  ArrayView<const int32_t> claim_count;    // [site_count]
+  int32_t split_limit = 0;
+  ArrayView<CellMoments> moments;  // [site_count], zero before
+  ArrayView<int32_t> labels;       // [item_count][256] owners, or empty when not wanted
 
   // The cube of a tile's points and the search for their owners.
   struct Search {
@@ -96,6 +100,9 @@ struct LabelTileBody {
   AMHEX_HD bool WantsSecondMoments() const {
     return wants_second_moments && (cluster_count.empty() || cluster_count[0] > 0);
   }
+  AMHEX_HD bool MayBeSplit(int32_t site) const {
+    return claim_count.empty() || claim_count[site] >= split_limit;
+  }
   AMHEX_HD LatticePoint BlockBase(const Search& search, int block) const {
     const LatticePoint offset = BlockInTile(block);
     return {search.base.x + offset.x, search.base.y + offset.y, search.base.z + offset.z};
@@ -131,11 +138,11 @@ struct LabelTileBody {
   }
   // Whether a site is of the tile's side and near enough to its cube.
   AMHEX_HD bool IsWithinReach(const Search& search, const SiteMetric& site) const {
-    const float reach = search.reach * site.size;
+    const float reach = search.reach * site.Size();
     const float dx = Larger(AbsoluteValue(site.x - search.centre.x) - search.half_width, 0.0f);
     const float dy = Larger(AbsoluteValue(site.y - search.centre.y) - search.half_width, 0.0f);
     const float dz = Larger(AbsoluteValue(site.z - search.centre.z) - search.half_width, 0.0f);
-    return dx * dx + dy * dy + dz * dz <= reach * reach && site.is_inside == search.is_inside;
+    return dx * dx + dy * dy + dz * dz <= reach * reach && site.IsOfSide(search.is_inside);
   }
 
   // Collects every site that may own a point of the tile, by id; false if there are too many.
@@ -229,7 +236,7 @@ struct LabelTileBody {
     float nearest = search.limit;
     int32_t owner = kNoOwner;
     VisitSlotsNear(bins, search.centre * Spacing(), SearchRadius(search), [&](int64_t slot) {
-      if (metric[slot].is_inside != search.is_inside) return;
+      if (!metric[slot].IsOfSide(search.is_inside)) return;
       const float distance = ChebyshevDistance(metric[slot], centre, step);
       const int32_t id = bins.ids[slot];
       if (distance < nearest || (distance == nearest && owner != kNoOwner && id < owner)) {
@@ -244,7 +251,7 @@ struct LabelTileBody {
                        int32_t* block_labels) const {
     if (owned == 0) return;
     AddFirstMoments(owned, base, moments[site]);
-    if (WantsSecondMoments()) AddSecondMoments(owned, base, moments[site]);
+    if (WantsSecondMoments() && MayBeSplit(site)) AddSecondMoments(owned, base, moments[site]);
     if (block_labels == nullptr) return;
     for (int p = 0; p < kBlockPoints; ++p) {
       if (((owned >> p) & 1u) != 0) block_labels[p] = site;

@@ -130,7 +130,7 @@ AMHEX_HD inline void OwnPoints(const LabelCandidates& candidates, const int32_t*
     const SiteMetric site = candidates.At(chosen[i]);
     const MetricComponents at_centre = ComponentsAt(site, centre);
     for (int p = 0; p < kBlockPoints; ++p) {
-      const float distance = DistanceOf(ComponentsBeside(at_centre, site.row, {x[p], y[p], z[p]}));
+      const float distance = DistanceBeside(at_centre, ChangeOf(site.row, {x[p], y[p], z[p]}));
       const bool is_nearer = distance < nearest[p];
       nearest[p] = is_nearer ? distance : nearest[p];
       owner[p] = is_nearer ? i : owner[p];

@@ -10,14 +10,26 @@ LabelGroup GroupOfOne(const FccLattice& lattice, const LabelItem& item, int32_t 
   group.base = lattice.TileOrigin(item.tile);
   group.is_inside = item.is_inside;
   group.item[0] = index;
+  group.mask[0] = item.mask;
   return group;
 }
 
 }  // namespace
 
-int TilesPerGroup(const FccLattice& lattice) {
+LabelShape ShapeOf(const FccLattice& lattice) {
   const double points_per_site = 1.0 / lattice.point_volume();
-  return points_per_site >= kLeastPointsPerSiteForGroups ? kGroupTiles : 1;
+  if (points_per_site >= kLeastPointsPerSiteForFine) return LabelShape::kFine;
+  if (points_per_site >= kLeastPointsPerSiteForMedium) return LabelShape::kMedium;
+  return LabelShape::kCoarse;
+}
+
+int TilesPerGroup(LabelShape shape) { return shape == LabelShape::kFine ? kGroupTiles : 1; }
+
+int64_t LabelBytesPerGroup(LabelShape shape) {
+  // How many sites, both reaches, what is left; and where sites are found beforehand their list.
+  constexpr size_t kNumbers = 4;
+  const size_t listed = shape == LabelShape::kFine ? kFineCapacity : 0;
+  return static_cast<int64_t>(sizeof(LabelGroup) + sizeof(int32_t) * (kNumbers + listed));
 }
 
 std::vector<LabelGroup> BundleLabelItems(const FccLattice& lattice,
@@ -54,6 +66,7 @@ std::vector<LabelGroup> BundleLabelItems(const FccLattice& lattice,
                        (origin.y / kTileWidth % kGroupWidthInTiles) << 1 |
                        (origin.z / kTileWidth % kGroupWidthInTiles) << 2;
     groups[static_cast<size_t>(group)].item[octant] = static_cast<int32_t>(i);
+    groups[static_cast<size_t>(group)].mask[octant] = items[i].mask;
   }
   return groups;
 }

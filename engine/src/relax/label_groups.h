@@ -12,17 +12,29 @@ namespace amhex {
 inline constexpr int kGroupWidthInTiles = 2;
 inline constexpr int kGroupTiles = 8;
 inline constexpr int32_t kNoItem = -1;
-// From this many lattice points per site on eight tiles share most of their candidates, and a warp
-// finds at most a lane's worth for its tile: 16 of 32 on average at this number, 49 at 108.
-inline constexpr double kLeastPointsPerSiteForGroups = 512;
+
+// How finely the lattice divides cells decides how the device labels it.
+enum class LabelShape {
+  kFine,    // eight tiles to a group, each with some ten candidates
+  kMedium,  // one tile, with some fifty: a group of eight would have too many
+  kCoarse,  // one tile, with up to 256
+};
+inline constexpr double kLeastPointsPerSiteForFine = 1000;
+inline constexpr double kLeastPointsPerSiteForMedium = 64;
+// Sites that a group's list has room for: more than a sphere of sites that follow its hull takes at
+// the least of these densities.
+inline constexpr int kFineCapacity = 96;
+inline constexpr int kMediumCapacity = 160;
+inline constexpr int kCoarseCapacity = 256;
 
 // Up to eight items of one side; item b lies in octant b of the group (fcc_lattice.h). A group of
-// one tile has it in octant 0, and warps share the tile's blocks instead.
+// one tile has it in octant 0.
 struct LabelGroup {
   LatticePoint base;  // first coordinates
   int32_t is_inside = 0;
   int32_t item[kGroupTiles] = {kNoItem, kNoItem, kNoItem, kNoItem,
                                kNoItem, kNoItem, kNoItem, kNoItem};
+  int32_t mask[kGroupTiles] = {-1, -1, -1, -1, -1, -1, -1, -1};  // those of the items
 };
 
 // Every item in exactly one group, groups in the order of their first items. `tiles_per_group` is
@@ -30,7 +42,9 @@ struct LabelGroup {
 std::vector<LabelGroup> BundleLabelItems(const FccLattice& lattice,
                                          const std::vector<LabelItem>& items, int tiles_per_group);
 
-// How many tiles a group of this lattice has.
-int TilesPerGroup(const FccLattice& lattice);
+LabelShape ShapeOf(const FccLattice& lattice);
+int TilesPerGroup(LabelShape shape);
+// Of device memory.
+int64_t LabelBytesPerGroup(LabelShape shape);
 
 }  // namespace amhex

@@ -242,7 +242,8 @@ class Relaxation {
                                ReadOnly(arrays_.position.View()),
                                ReadOnly(arrays_.orientation.View()), ReadOnly(arrays_.size.View()),
                                ReadOnly(arrays_.is_inside.View()), arrays_.metric.View()});
-    ForEachSite("clear cell moments", ClearMomentsBody{arrays_.moments.View()});
+    executor_.ForEach("clear cell moments", capacity_ * ClearMomentsBody::kNumbers,
+                      ClearMomentsBody{arrays_.moments.View()});
     LabelTileBody body;
     body.barrier = barrier_;
     body.items = ReadOnly(items_.View());
@@ -251,6 +252,8 @@ class Relaxation {
     body.largest_size = largest_size_;
     body.wants_second_moments = second_moments == SecondMoments::kForClusters;
     body.cluster_count = ReadOnly(State().At(kClusterCount));
+    body.claim_count = ReadOnly(arrays_.claim_count.View());
+    body.split_limit = task_.split_limit;
     body.moments = arrays_.moments.View();
     labeller_.Label(body);
   }

@@ -18,14 +18,19 @@ inline constexpr float kUnboundedReach = 3e38f;
 // Distances are measured in the site's own cell size: 0.5 on the faces of its cube. With all sizes
 // 1 this is the paper's L-infinity norm in the site's frame. Lengths are in lattice coordinates, so
 // that the lattice's points are whole numbers.
-// Aligned so that a device reads it in words of 16 bytes.
-struct alignas(16) SiteMetric {
+// 64 bytes: a line of a host's cache, two sectors of a device's, read in words of 16 bytes.
+struct alignas(64) SiteMetric {
   float row[9] = {};          // axis a by the size along it: row[3 * a + component]; see RowNumber
   float x = 0, y = 0, z = 0;  // lattice coordinates
   float reach[3] = {};        // L1 norm of each row: its growth per unit step along all world axes
-  float size = 1;             // no less than the largest of the cell along its axes
-  int32_t is_inside = 0;
+  float signed_size = -1;     // its sign tells the side
+
+  // Of the two sides of the hull.
+  AMHEX_HD bool IsOfSide(int32_t is_inside) const { return (signed_size > 0) == (is_inside != 0); }
+  // No less than the largest of the cell along its axes.
+  AMHEX_HD float Size() const { return AbsoluteValue(signed_size); }
 };
+static_assert(sizeof(SiteMetric) == 64, "no padding");
 
 // Rows keep 16 bits, so that their products with the few halves between a point and a site that
 // lies on the lattice are exact: points in the middle between two cells of an aligned grid are
@@ -55,15 +60,11 @@ AMHEX_HD inline MetricComponents ComponentsAt(const SiteMetric& site, const Vec3
           FusedMultiplyAdd(r[6], x, FusedMultiplyAdd(r[7], y, r[8] * z))};
 }
 
-// One step further on.
-AMHEX_HD inline MetricComponents ComponentsBeside(const MetricComponents& at, const float (&r)[9],
-                                                  const Vec3f& step) {
-  return {FusedMultiplyAdd(r[0], step.x,
-                           FusedMultiplyAdd(r[1], step.y, FusedMultiplyAdd(r[2], step.z, at.a))),
-          FusedMultiplyAdd(r[3], step.x,
-                           FusedMultiplyAdd(r[4], step.y, FusedMultiplyAdd(r[5], step.z, at.b))),
-          FusedMultiplyAdd(r[6], step.x,
-                           FusedMultiplyAdd(r[7], step.y, FusedMultiplyAdd(r[8], step.z, at.c)))};
+// What a step changes them by: the same from whatever point.
+AMHEX_HD inline MetricComponents ChangeOf(const float (&r)[9], const Vec3f& step) {
+  return {FusedMultiplyAdd(r[0], step.x, FusedMultiplyAdd(r[1], step.y, r[2] * step.z)),
+          FusedMultiplyAdd(r[3], step.x, FusedMultiplyAdd(r[4], step.y, r[5] * step.z)),
+          FusedMultiplyAdd(r[6], step.x, FusedMultiplyAdd(r[7], step.y, r[8] * step.z))};
 }
 
 // The L-infinity distance, in cell sizes.
@@ -71,11 +72,16 @@ AMHEX_HD inline float DistanceOf(const MetricComponents& d) {
   return Larger(Larger(AbsoluteValue(d.a), AbsoluteValue(d.b)), AbsoluteValue(d.c));
 }
 
-// The distance of a block's point from a site: that of the block's centre and the step from there.
-// All labelling goes this way, as another would round differently.
+// The distance of a block's point from a site: that of the block's centre and what the step from
+// there changes, which is the same in all blocks. All labelling goes this way, as another would
+// round differently.
+AMHEX_HD inline float DistanceBeside(const MetricComponents& centre,
+                                     const MetricComponents& change) {
+  return DistanceOf({centre.a + change.a, centre.b + change.b, centre.c + change.c});
+}
 AMHEX_HD inline float ChebyshevDistance(const SiteMetric& site, const Vec3f& centre,
                                         const Vec3f& step) {
-  return DistanceOf(ComponentsBeside(ComponentsAt(site, centre), site.row, step));
+  return DistanceBeside(ComponentsAt(site, centre), ChangeOf(site.row, step));
 }
 
 // Lower and upper bound of a site's distance over the cube around the point with these components:
@@ -131,9 +137,9 @@ struct SiteMetricBody {
       for (int i = 0; i < 3; ++i) row[i] = RowNumber(axis_in_sizes[i]);
       result.reach[axis] = AbsoluteValue(row[0]) + AbsoluteValue(row[1]) + AbsoluteValue(row[2]);
     }
-    result.size = CoveringSize(Larger(size[site].x, Larger(size[site].y, size[site].z)),
-                               static_cast<float>(spacing));
-    result.is_inside = is_inside[site];
+    const float covering = CoveringSize(Larger(size[site].x, Larger(size[site].y, size[site].z)),
+                                        static_cast<float>(spacing));
+    result.signed_size = is_inside[site] != 0 ? covering : -covering;
     metric[slot] = result;
   }
 };

@@ -101,7 +101,7 @@ struct SplitView {
   RelaxationState state;
   int64_t capacity = 0;                  // of all arrays; never exceeded
   ArrayView<const int32_t> claim_count;  // [capacity]
-  ArrayView<const CellMoments> moments;  // [capacity] second moments where there are clusters
+  ArrayView<const CellMoments> moments;  // [capacity] second moments of clusters
   ArrayView<Vec3d> position;             // [capacity] domain frame
   ArrayView<Quatf> orientation;          // [capacity]
   ArrayView<Vec3f> size;                 // [capacity]

@@ -76,7 +76,7 @@ struct Diagram {
     float nearest = item.is_inside != 0 ? kUnboundedReach : kOutsideReach;
     int32_t owner = kNoOwner;
     for (size_t i = 0; i < metric.size(); ++i) {
-      if (metric[i].is_inside != item.is_inside) continue;
+      if (!metric[i].IsOfSide(item.is_inside)) continue;
       const float d = ChebyshevDistance(metric[i], centre, StepFromCentre(p));
       if (d < nearest) {
         nearest = d;
