@@ -70,9 +70,11 @@ WorkingMesh::WorkingMesh(const CellComplex& complex, const StopPoll& poll)
   next_cell_.reserve(count * kMaxVertices);
   for (const CellCorners& corners : complex.cells) {
     poll.At(cell_slots());
-    AddCell(corners);
+    AppendCell(corners);
   }
   poll.Now();
+  // Once, as every cell beside another changes what is open of it.
+  for (int cell = 0; cell < cell_slots(); ++cell) NoteOpen(half_faces_[cell][0]);
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
 }
 
@@ -179,6 +181,16 @@ int WorkingMesh::AddVertex(const Vec3d& position) {
 }
 
 int WorkingMesh::AddCell(const CellCorners& corners) {
+  const int cell = AppendCell(corners);
+  if (cell < 0) return cell;
+  NoteOpen(half_faces_[cell][0]);
+  for (const int32_t half : half_faces_[cell]) {
+    if (half >= 0) NoteOpen(half ^ 1);
+  }
+  return cell;
+}
+
+int WorkingMesh::AppendCell(const CellCorners& corners) {
   const auto type = RecognizeCell(corners);
   if (!type) return -1;
   const CellFaces faces = FacesOf(corners);
@@ -195,8 +207,6 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   half_faces_.push_back(halves);
   has_open_.resize(static_cast<size_t>(cell) / 64 + 1, 0);
   for (int i = 0; i < faces.count; ++i) owners_[halves[i]] = cell;
-  NoteOpen(halves[0]);
-  for (int i = 0; i < faces.count; ++i) NoteOpen(halves[i] ^ 1);
   LinkCell(cell);
   return cell;
 }

@@ -111,6 +111,8 @@ class WorkingMesh {
   static int32_t EntryOf(const CellFace& face, FaceEntry* entry, int* orientation);
   // Face at `smallest` with the vertices of `entry`; kEnd.
   int32_t FindFace(int32_t smallest, const FaceEntry& entry) const;
+  // Adds a cell without noting which cells have open faces now.
+  int AppendCell(const CellCorners& corners);
   void LinkCell(int cell);
   void UnlinkCell(int cell);
   // Notes whether the living cell behind `half_face`, if any, has open faces now.
