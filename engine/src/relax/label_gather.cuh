@@ -163,7 +163,7 @@ __device__ inline int GatherSites(const LabelTileBody& body, LabelTileBody::Sear
 }
 
 // A warp per group. Once the stop flag is set groups are left without sites.
-static __global__ void __launch_bounds__(kGatherThreads, 9)
+static __global__ void __launch_bounds__(kGatherThreads, kMostWarps / kGatherWarps)
     GatherSitesKernel(LabelTileBody body, ArrayView<const LabelGroup> groups, GroupLists lists,
                       const int32_t* stop_flag) {
   __shared__ GatheredSites<kFineCapacity> gathered[kGatherWarps];

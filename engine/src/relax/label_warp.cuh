@@ -24,6 +24,16 @@ inline constexpr int kWarpWidth = 32;
 inline constexpr unsigned kWholeWarp = 0xffffffffu;
 static_assert(kBlockPoints == kWarpWidth, "a lane has a point of a block");
 
+// What a multiprocessor holds at most: thread blocks, and warps of 64 registers per thread.
+#if defined(__CUDA_ARCH__) && (__CUDA_ARCH__ < 800 || __CUDA_ARCH__ == 860)
+inline constexpr int kMostThreadBlocks = 16;
+#elif defined(__CUDA_ARCH__) && __CUDA_ARCH__ == 890
+inline constexpr int kMostThreadBlocks = 24;
+#else
+inline constexpr int kMostThreadBlocks = 32;
+#endif
+inline constexpr int kMostWarps = 32;
+
 __device__ inline int LaneOfThread() { return static_cast<int>(threadIdx.x) % kWarpWidth; }
 __device__ inline int WarpOfThread() { return static_cast<int>(threadIdx.x) / kWarpWidth; }
 

@@ -31,7 +31,8 @@ using CoarseLabelWork = LabelWork<1, 1, kTileBlocks / 2, kCoarseCapacity>;
 
 // As many warps as hide what each waits for, with 64 registers per thread.
 template <class Work>
-inline constexpr int kBlocksPerMultiprocessor = 32 / Work::kWarps;
+inline constexpr int kBlocksPerMultiprocessor = Smaller(kMostWarps / Work::kWarps,
+                                                        kMostThreadBlocks);
 
 struct alignas(16) FourFloats {
   float a, b, c, d;
