@@ -1,5 +1,8 @@
 #include "closure/working_mesh.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 
@@ -8,6 +11,8 @@ namespace {
 
 // Three in a large mesh of hexahedra; one more for the hull and for smaller cells.
 constexpr size_t kFacesPerCell = 4;
+// Between two looks at whether to stop; enough for all threads.
+constexpr size_t kCellsAtOnce = 16384, kVerticesAtOnce = 1024;
 
 }  // namespace
 
@@ -68,11 +73,7 @@ WorkingMesh::WorkingMesh(const CellComplex& complex, const StopPoll& poll)
   first_face_.assign(vertices_.size(), kEnd);
   first_cell_.assign(vertices_.size(), kEnd);
   next_cell_.reserve(count * kMaxVertices);
-  for (const CellCorners& corners : complex.cells) {
-    poll.At(cell_slots());
-    AppendCell(corners);
-  }
-  poll.Now();
+  AppendCells(complex.cells, poll);
   // Once, as every cell beside another changes what is open of it.
   for (int cell = 0; cell < cell_slots(); ++cell) NoteOpen(half_faces_[cell][0]);
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
@@ -180,8 +181,26 @@ int WorkingMesh::AddVertex(const Vec3d& position) {
   return static_cast<int>(vertices_.size()) - 1;
 }
 
+void WorkingMesh::AppendCells(const std::vector<CellCorners>& cells, const StopPoll& poll) {
+  const size_t count = cells.size();
+  // Excerpts are small and made on all threads at once.
+  const bool shares_out = count >= kCellsAtOnce;
+  std::vector<CellShape> shapes(shares_out ? kCellsAtOnce : 0);
+  for (size_t begin = 0; begin < count; begin += kCellsAtOnce) {
+    poll.Now();
+    const size_t end = std::min(begin + kCellsAtOnce, count);
+    if (shares_out) {
+      tbb::parallel_for(begin, end, [&](size_t i) { shapes[i - begin] = ShapeOf(cells[i]); });
+    }
+    for (size_t i = begin; i < end; ++i) {
+      AppendCell(cells[i], shares_out ? shapes[i - begin] : ShapeOf(cells[i]));
+    }
+  }
+  poll.Now();
+}
+
 int WorkingMesh::AddCell(const CellCorners& corners) {
-  const int cell = AppendCell(corners);
+  const int cell = AppendCell(corners, ShapeOf(corners));
   if (cell < 0) return cell;
   NoteOpen(half_faces_[cell][0]);
   for (const int32_t half : half_faces_[cell]) {
@@ -190,10 +209,13 @@ int WorkingMesh::AddCell(const CellCorners& corners) {
   return cell;
 }
 
-int WorkingMesh::AppendCell(const CellCorners& corners) {
-  const auto type = RecognizeCell(corners);
-  if (!type) return -1;
-  const CellFaces faces = FacesOf(corners);
+WorkingMesh::CellShape WorkingMesh::ShapeOf(const CellCorners& corners) {
+  return {RecognizeCell(corners), FacesOf(corners)};
+}
+
+int WorkingMesh::AppendCell(const CellCorners& corners, const CellShape& shape) {
+  if (!shape.type) return -1;
+  const CellFaces& faces = shape.faces;
   HalfFaces halves;
   halves.fill(-1);
   for (int i = 0; i < faces.count; ++i) {
@@ -202,7 +224,7 @@ int WorkingMesh::AppendCell(const CellCorners& corners) {
   }
   const int cell = cell_slots();
   cells_.push_back(corners);
-  types_.push_back(*type);
+  types_.push_back(*shape.type);
   alive_.push_back(1);
   half_faces_.push_back(halves);
   has_open_.resize(static_cast<size_t>(cell) / 64 + 1, 0);
@@ -270,11 +292,21 @@ bool WorkingMesh::HasOpenFaces() const {
 
 std::vector<std::vector<int>> WorkingMesh::CellsAtVertices(const StopPoll& poll) const {
   std::vector<std::vector<int>> cells(vertices_.size());
-  for (int cell = 0; cell < cell_slots(); ++cell) {
-    poll.At(cell);
-    if (!alive(cell)) continue;
-    for (const int32_t v : VerticesOf(cells_[cell])) cells[v].push_back(cell);
-  }
+  // Every list takes memory of its own, which is most of the work.
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, first_cell_.size(), kVerticesAtOnce),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
+                      for (size_t v = range.begin(); v < range.end(); ++v) {
+                        size_t count = 0;
+                        AnyCellAt(static_cast<int32_t>(v), [&](int) { return ++count == 0; });
+                        cells[v].reserve(count);
+                        AnyCellAt(static_cast<int32_t>(v), [&](int cell) {
+                          cells[v].push_back(cell);
+                          return false;
+                        });
+                        std::sort(cells[v].begin(), cells[v].end());
+                      }
+                    });
   return cells;
 }
 

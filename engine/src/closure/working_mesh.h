@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "amhex/vec3.h"
@@ -111,8 +112,15 @@ class WorkingMesh {
   static int32_t EntryOf(const CellFace& face, FaceEntry* entry, int* orientation);
   // Face at `smallest` with the vertices of `entry`; kEnd.
   int32_t FindFace(int32_t smallest, const FaceEntry& entry) const;
+  // What is known of a cell by its corners alone.
+  struct CellShape {
+    std::optional<PrimitiveType> type;
+    CellFaces faces;
+  };
+  static CellShape ShapeOf(const CellCorners& corners);
   // Adds a cell without noting which cells have open faces now.
-  int AppendCell(const CellCorners& corners);
+  int AppendCell(const CellCorners& corners, const CellShape& shape);
+  void AppendCells(const std::vector<CellCorners>& cells, const StopPoll& poll);
   void LinkCell(int cell);
   void UnlinkCell(int cell);
   // Notes whether the living cell behind `half_face`, if any, has open faces now.

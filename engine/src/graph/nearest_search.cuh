@@ -211,7 +211,8 @@ class NearestTogether {
 
   // Writes the nearest 26 of those within, of which there are no more than lanes, in their order.
   __device__ void WriteRanked(const Offer (&offers)[kOfLane], const Threshold& threshold) const {
-    Offer* const chosen = Shared().offered;  // all have read theirs
+    team_.Meet();  // all have read theirs
+    Offer* const chosen = Shared().offered;
     const unsigned below = (1u << team_.rank()) - 1u;
     int count = 0;
     for (int i = 0; i < kOfLane; ++i) {
