@@ -1,7 +1,7 @@
 #include "closure/working_mesh.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -190,7 +190,8 @@ void WorkingMesh::AppendCells(const std::vector<CellCorners>& cells, const StopP
     poll.Now();
     const size_t end = std::min(begin + kCellsAtOnce, count);
     if (shares_out) {
-      tbb::parallel_for(begin, end, [&](size_t i) { shapes[i - begin] = ShapeOf(cells[i]); });
+      oneapi::tbb::parallel_for(begin, end,
+                                [&](size_t i) { shapes[i - begin] = ShapeOf(cells[i]); });
     }
     for (size_t i = begin; i < end; ++i) {
       AppendCell(cells[i], shares_out ? shapes[i - begin] : ShapeOf(cells[i]));
@@ -293,20 +294,21 @@ bool WorkingMesh::HasOpenFaces() const {
 std::vector<std::vector<int>> WorkingMesh::CellsAtVertices(const StopPoll& poll) const {
   std::vector<std::vector<int>> cells(vertices_.size());
   // Every list takes memory of its own, which is most of the work.
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, first_cell_.size(), kVerticesAtOnce),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      poll.Now();
-                      for (size_t v = range.begin(); v < range.end(); ++v) {
-                        size_t count = 0;
-                        AnyCellAt(static_cast<int32_t>(v), [&](int) { return ++count == 0; });
-                        cells[v].reserve(count);
-                        AnyCellAt(static_cast<int32_t>(v), [&](int cell) {
-                          cells[v].push_back(cell);
-                          return false;
-                        });
-                        std::sort(cells[v].begin(), cells[v].end());
-                      }
-                    });
+  oneapi::tbb::parallel_for(
+      oneapi::tbb::blocked_range<size_t>(0, first_cell_.size(), kVerticesAtOnce),
+      [&](const oneapi::tbb::blocked_range<size_t>& range) {
+        poll.Now();
+        for (size_t v = range.begin(); v < range.end(); ++v) {
+          size_t count = 0;
+          AnyCellAt(static_cast<int32_t>(v), [&](int) { return ++count == 0; });
+          cells[v].reserve(count);
+          AnyCellAt(static_cast<int32_t>(v), [&](int cell) {
+            cells[v].push_back(cell);
+            return false;
+          });
+          std::sort(cells[v].begin(), cells[v].end());
+        }
+      });
   return cells;
 }
 
