@@ -85,6 +85,14 @@ __device__ inline void VisitSitesTogether(const LabelTileBody& body,
   }
 }
 
+// Whether a site of this side may be so near to a point of the search's cube, in cell sizes.
+__device__ inline bool MayBeWithin(const LabelTileBody& body, const LabelTileBody::Search& search,
+                                   int32_t slot, float limit) {
+  const SiteMetric site = body.metric[slot];
+  return site.IsOfSide(search.is_inside) &&
+         BoundsOverCube(site, search.centre, search.half_width).lower <= limit;
+}
+
 // Lists the sites within reach. Returns how many there are; those above the most are not kept.
 template <int kMost>
 __device__ inline int CollectSites(const LabelTileBody& body, const LabelTileBody::Search& search,
@@ -93,12 +101,7 @@ __device__ inline int CollectSites(const LabelTileBody& body, const LabelTileBod
   const unsigned below = (1u << LaneOfThread()) - 1u;
   int found = 0;
   VisitSitesTogether(body, search, [&](int32_t slot, bool is_there) {
-    bool is_near = false;
-    if (is_there) {
-      const SiteMetric site = body.metric[slot];
-      is_near = site.IsOfSide(search.is_inside) &&
-                BoundsOverCube(site, search.centre, search.half_width).lower <= limit;
-    }
+    const bool is_near = is_there && MayBeWithin(body, search, slot, limit);
     const unsigned near = __ballot_sync(kWholeWarp, is_near);
     const int place = found + CountBits(near & below);
     if (is_near && place < kMost) {

@@ -41,12 +41,7 @@ __device__ inline int32_t OwnerAmongAll(const LabelTileBody& body, LabelTileBody
   float nearest = search.limit;
   int32_t owner = kNoOwner;
   VisitSitesTogether(body, search, [&](int32_t slot, bool is_there) {
-    bool is_near = false;
-    if (is_there) {
-      const SiteMetric site = body.metric[slot];
-      is_near = site.IsOfSide(search.is_inside) &&
-                BoundsOverCube(site, search.centre, search.half_width).lower <= bound;
-    }
+    const bool is_near = is_there && MayBeWithin(body, search, slot, bound);
     AMHEX_ROLLED
     for (unsigned left = __ballot_sync(kWholeWarp, is_near); left != 0; left &= left - 1) {
       const int32_t other = __shfl_sync(kWholeWarp, slot, __ffs(static_cast<int>(left)) - 1);
