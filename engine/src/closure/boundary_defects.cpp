@@ -1,11 +1,15 @@
 #include "closure/boundary_defects.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <numeric>
+#include <span>
 #include <utility>
 
+#include "absl/container/inlined_vector.h"
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
 
@@ -23,24 +27,79 @@ constexpr double kMaxOutsideWinding = 0.25;
 // Faces that fold back on each other leave no direction that is plainly outside.
 constexpr double kLeastBisector = 0.05;
 
-using Edge = std::pair<int32_t, int32_t>;
+constexpr size_t kFacesPerBlock = 512;
+constexpr size_t kCellsPerBlock = 4096;
+
+// What find(i, found) adds for every i below count, in that order.
+template <class T, class Find>
+std::vector<T> FindAll(size_t count, size_t per_block, const StopPoll& poll, const Find& find) {
+  std::vector<std::vector<T>> of_block((count + per_block - 1) / per_block);
+  tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
+    poll.Now();
+    const size_t begin = block * per_block;
+    for (size_t i = begin; i < std::min(count, begin + per_block); ++i) find(i, of_block[block]);
+  });
+  std::vector<T> all;
+  for (const std::vector<T>& found : of_block) all.insert(all.end(), found.begin(), found.end());
+  return all;
+}
 
 std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh, const StopPoll& poll) {
-  std::vector<CellFace> faces;
-  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-    poll.At(cell);
-    if (!mesh.alive(cell)) continue;
+  const auto find = [&](size_t slot, std::vector<CellFace>& faces) {
+    const int cell = static_cast<int>(slot);
+    if (!mesh.alive(cell)) return;
     const WorkingMesh::HalfFaces& halves = mesh.half_faces(cell);
     const auto is_hull = [&](int32_t half) {
       return half >= 0 && mesh.owner(half ^ 1) == WorkingMesh::kHull;
     };
-    if (std::none_of(halves.begin(), halves.end(), is_hull)) continue;
+    if (std::none_of(halves.begin(), halves.end(), is_hull)) return;
     const CellFaces own = FacesOf(mesh.corners(cell));
     for (int i = 0; i < own.count; ++i) {
       if (is_hull(halves[i])) faces.push_back(own.face[i]);
     }
+  };
+  return FindAll<CellFace>(static_cast<size_t>(mesh.cell_slots()), kCellsPerBlock, poll, find);
+}
+
+// Which of the faces are at each vertex that has any.
+class FacesAtVertices {
+ public:
+  FacesAtVertices(const std::vector<CellFace>& faces, size_t vertex_count, const StopPoll& poll)
+      : begin_(vertex_count + 1, 0) {
+    const auto for_each = [&](const auto& visit) {
+      for (size_t f = 0; f < faces.size(); ++f) {
+        poll.At(static_cast<int64_t>(f));
+        for (int j = 0; j < faces[f].count; ++j) {
+          visit(static_cast<size_t>(faces[f].v[j]), static_cast<int>(f));
+        }
+      }
+    };
+    for_each([&](size_t v, int) { ++begin_[v + 1]; });
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    face_.resize(begin_.back());
+    std::vector<size_t> next(begin_.begin(), begin_.end() - 1);
+    for_each([&](size_t v, int f) { face_[next[v]++] = f; });
+    for (size_t v = 0; v < vertex_count; ++v) {
+      if (begin_[v] < begin_[v + 1]) vertices_.push_back(static_cast<int32_t>(v));
+    }
   }
-  return faces;
+  const std::vector<int32_t>& vertices() const { return vertices_; }
+  std::span<const int> operator[](int32_t v) const {
+    const size_t begin = begin_[static_cast<size_t>(v)], end = begin_[static_cast<size_t>(v) + 1];
+    return {face_.data() + begin, end - begin};
+  }
+
+ private:
+  std::vector<size_t> begin_;
+  std::vector<int> face_;
+  std::vector<int32_t> vertices_;
+};
+
+// The vertices next to one on a face.
+std::array<int32_t, 2> NextTo(int32_t vertex, const CellFace& face) {
+  int j = 0;
+  while (face.v[j] != vertex) ++j;
+  return {face.v[(j + 1) % face.count], face.v[(j + face.count - 1) % face.count]};
 }
 
 int SharedVertices(const CellFace& a, const CellFace& b) {
@@ -66,30 +125,24 @@ bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d
 class DefectFinder {
  public:
   DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll)
-      : x_(mesh.vertices()), hull_(hull), poll_(poll), faces_(BoundaryFaces(mesh, poll)) {
-    for (size_t f = 0; f < faces_.size(); ++f) {
-      poll_.At(static_cast<int64_t>(f));
-      for (int j = 0; j < faces_[f].count; ++j) {
-        faces_at_[faces_[f].v[j]].push_back(static_cast<int>(f));
-      }
-    }
-  }
+      : x_(mesh.vertices()),
+        hull_(hull),
+        poll_(poll),
+        faces_(BoundaryFaces(mesh, poll)),
+        faces_at_(faces_, x_.size(), poll) {}
 
-  BoundaryDefects Run() {
-    FindEdges();
-    for (const auto& [vertex, faces] : faces_at_) {
-      poll_.At(++visited_);
-      if (CountSheets(vertex, faces) > 1) defects_.push_back(vertex);
-      FindHangingFaces(faces);
-    }
-    // Sheets that dip into each other are looked for only where the rest is sound.
-    const bool is_sound = defects_.empty();
-    FindFarFaces();
+  BoundaryDefects Run() const {
     BoundaryDefects found;
-    std::swap(found.vertices, defects_);
-    if (is_sound) FindOverlaps();
-    found.are_just_far = !found.vertices.empty() && is_sound && defects_.empty();
-    if (found.vertices.empty()) std::swap(found.vertices, defects_);
+    found.vertices = FindUnsound();
+    // Sheets that dip into each other are looked for only where the rest is sound.
+    const bool is_sound = found.vertices.empty();
+    const std::vector<int32_t> far = FindFarFaces();
+    found.vertices.insert(found.vertices.end(), far.begin(), far.end());
+    if (is_sound) {
+      std::vector<int32_t> overlaps = FindOverlaps();
+      found.are_just_far = !far.empty() && overlaps.empty();
+      if (far.empty()) found.vertices = std::move(overlaps);
+    }
     std::sort(found.vertices.begin(), found.vertices.end());
     found.vertices.erase(std::unique(found.vertices.begin(), found.vertices.end()),
                          found.vertices.end());
@@ -97,97 +150,141 @@ class DefectFinder {
   }
 
  private:
-  void FindEdges() {
-    std::map<Edge, int> uses;
-    for (const CellFace& face : faces_) {
-      poll_.At(++visited_);
-      for (int j = 0; j < face.count; ++j) {
-        ++uses[std::minmax(face.v[j], face.v[(j + 1) % face.count])];
-      }
-    }
-    for (const auto& [edge, count] : uses) {
-      if (count == 2) continue;
-      defects_.push_back(edge.first);
-      defects_.push_back(edge.second);
-    }
+  using Vertices = std::vector<int32_t>;
+
+  // Where the boundary is no surface.
+  Vertices FindUnsound() const {
+    const Vertices& vertices = faces_at_.vertices();
+    return FindAll<int32_t>(vertices.size(), kFacesPerBlock, poll_,
+                            [&](size_t i, Vertices& defects) {
+                              if (!IsOneSheet(vertices[i])) defects.push_back(vertices[i]);
+                              FindHangingFaces(faces_at_[vertices[i]], defects);
+                            });
   }
 
-  // Groups of the faces at a vertex that are connected through its edges.
-  int CountSheets(int32_t vertex, const std::vector<int>& faces) const {
-    std::vector<int> group(faces.size());
-    for (size_t i = 0; i < faces.size(); ++i) group[i] = static_cast<int>(i);
-    std::map<int32_t, size_t> first_with;  // neighbour vertex -> face
-    for (size_t i = 0; i < faces.size(); ++i) {
-      const CellFace& face = faces_[faces[i]];
-      for (int j = 0; j < face.count; ++j) {
-        if (face.v[j] != vertex) continue;
-        for (const int32_t other :
-             {face.v[(j + 1) % face.count], face.v[(j + face.count - 1) % face.count]}) {
-          const auto [it, inserted] = first_with.try_emplace(other, i);
-          if (inserted) continue;
-          const int from = group[i], to = group[it->second];
-          std::replace(group.begin(), group.end(), from, to);
-        }
-      }
+  // Whether every edge at the vertex has two faces and these are connected through edges.
+  bool IsOneSheet(int32_t vertex) const {
+    struct Use {
+      int32_t other;
+      size_t face;  // in the row
+    };
+    absl::InlinedVector<Use, 16> uses;
+    absl::InlinedVector<size_t, 8> group;
+    for (const int f : faces_at_[vertex]) {
+      for (const int32_t other : NextTo(vertex, faces_[f])) uses.push_back({other, group.size()});
+      group.push_back(group.size());
     }
-    std::sort(group.begin(), group.end());
-    return static_cast<int>(std::unique(group.begin(), group.end()) - group.begin());
+    for (size_t i = 0; i < uses.size(); ++i) {
+      int others = 0;
+      for (size_t k = 0; k < uses.size(); ++k) {
+        if (k == i || uses[k].other != uses[i].other) continue;
+        ++others;
+        const size_t from = group[uses[k].face], to = group[uses[i].face];
+        std::replace(group.begin(), group.end(), from, to);
+      }
+      if (others != 1) return false;
+    }
+    return std::all_of(group.begin(), group.end(), [&](size_t g) { return g == group.front(); });
   }
 
-  void FindHangingFaces(const std::vector<int>& faces) {
+  void FindHangingFaces(const std::span<const int>& faces, Vertices& defects) const {
     for (size_t i = 0; i < faces.size(); ++i) {
       for (size_t k = 0; k < i; ++k) {
         const CellFace& a = faces_[faces[i]];
         const CellFace& b = faces_[faces[k]];
         if (SharedVertices(a, b) < 3 || !FaceEachOther(a, b, x_)) continue;
-        AddFace(a);
-        AddFace(b);
+        AddFace(a, defects);
+        AddFace(b, defects);
       }
     }
   }
 
-  void FindFarFaces() {
-    for (const CellFace& face : faces_) {
-      poll_.At(++visited_);
-      const Vec3d centre = FaceCentroid(face, x_);
-      if (hull_.queries->Closest(centre, kMaxBoundaryDistance).triangle < 0) AddFace(face);
-    }
+  Vertices FindFarFaces() const {
+    return FindAll<int32_t>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, Vertices& defects) {
+      const Vec3d centre = FaceCentroid(faces_[f], x_);
+      const HullPoint nearest = hull_.queries->Closest(centre, kMaxBoundaryDistance);
+      if (nearest.triangle < 0) AddFace(faces_[f], defects);
+    });
   }
 
+  // Something of the boundary with a place just outside of it.
+  struct Probe {
+    CellFace part;  // a face, or an edge's two vertices
+    Vec3d place;
+  };
+
   // Faces and edges with the mesh itself just outside of them.
-  void FindOverlaps() {
+  Vertices FindOverlaps() const {
     const Triangles boundary = Triangulate();
-    if (boundary.triangles.empty()) return;
+    if (boundary.triangles.empty()) return {};
     const HullQueries queries(boundary.vertices, boundary.triangles, poll_);
-    std::vector<Vec3d> probes;  // of the faces, then of the edges
-    for (const CellFace& face : faces_) {
-      const Vec3d area = AreaVector(face, x_);
-      probes.push_back(FaceCentroid(face, x_) +
-                       Normalized(area) * (kProbeOffset * std::sqrt(Norm(area))));
-    }
-    std::vector<Edge> edges;
-    for (const auto& [edge, normal] : boundary.edge_normals) {
-      if (Norm(normal) < kLeastBisector) continue;
-      const Vec3d &a = x_[edge.first], &b = x_[edge.second];
-      edges.push_back(edge);
-      probes.push_back((a + b) / 2.0 + Normalized(normal) * (kProbeOffset * Norm(b - a)));
-    }
+    const std::vector<Probe> probes =
+        FindAll<Probe>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, auto& found) {
+          found.push_back(ProbeOf(faces_[f]));
+          AddEdgeProbes(static_cast<int>(f), found);
+        });
+    std::vector<Vec3d> places;
+    places.reserve(probes.size());
+    for (const Probe& probe : probes) places.push_back(probe.place);
     const std::vector<double> winding =
-        HullAsker(queries, nullptr, poll_).AskOrThrow(WindingAround<PlainPoints>{PointsOf(probes)});
-    for (size_t f = 0; f < faces_.size(); ++f) {
-      if (winding[f] > kMaxOutsideWinding) AddFace(faces_[f]);
+        HullAsker(queries, nullptr, poll_).AskOrThrow(WindingAround<PlainPoints>{PointsOf(places)});
+    Vertices defects;
+    for (size_t i = 0; i < probes.size(); ++i) {
+      if (winding[i] > kMaxOutsideWinding) AddFace(probes[i].part, defects);
     }
-    for (size_t e = 0; e < edges.size(); ++e) {
-      if (!(winding[faces_.size() + e] > kMaxOutsideWinding)) continue;
-      defects_.push_back(edges[e].first);
-      defects_.push_back(edges[e].second);
+    return defects;
+  }
+
+  Probe ProbeOf(const CellFace& face) const {
+    const Vec3d area = AreaVector(face, x_);
+    return {face,
+            FaceCentroid(face, x_) + Normalized(area) * (kProbeOffset * std::sqrt(Norm(area)))};
+  }
+
+  // Of the edges whose other face comes later. Of a sound boundary: every edge has two faces.
+  void AddEdgeProbes(int face, std::vector<Probe>& found) const {
+    for (int j = 0; j < faces_[face].count; ++j) {
+      const FaceEdge own{face, j}, other = OtherSideOf(own);
+      if (other.face < face) continue;
+      const Vec3d normal = NormalBeside(own) + NormalBeside(other);
+      if (Norm(normal) < kLeastBisector) continue;
+      const int32_t a = Vertex(own, 0), b = Vertex(own, 1);
+      const Vec3d place =
+          (x_[a] + x_[b]) / 2.0 + Normalized(normal) * (kProbeOffset * Norm(x_[b] - x_[a]));
+      found.push_back({{2, {a, b, -1, -1}}, place});
     }
+  }
+  // Edge j of a face, which leads to the vertex after vertex j.
+  struct FaceEdge {
+    int face = -1;
+    int j = 0;
+  };
+  int32_t Vertex(const FaceEdge& edge, int ahead) const {
+    const CellFace& face = faces_[edge.face];
+    return face.v[(edge.j + ahead) % face.count];
+  }
+  FaceEdge OtherSideOf(const FaceEdge& edge) const {
+    const int32_t a = Vertex(edge, 0), b = Vertex(edge, 1);
+    for (const int face : faces_at_[a]) {
+      for (int j = 0; face != edge.face && j < faces_[face].count; ++j) {
+        const FaceEdge other{face, j};
+        const int32_t c = Vertex(other, 0), d = Vertex(other, 1);
+        if ((a == c && b == d) || (a == d && b == c)) return other;
+      }
+    }
+    return {};
+  }
+  // Of the face's triangle at the edge, a quad having four around its centre.
+  Vec3d NormalBeside(const FaceEdge& edge) const {
+    const CellFace& face = faces_[edge.face];
+    const Vec3d &a = x_[Vertex(edge, 0)], &b = x_[Vertex(edge, 1)];
+    const Vec3d apex = face.count == 4 ? FaceCentroid(face, x_) : x_[Vertex(edge, 2)];
+    return Normalized(Cross(b - a, apex - a));
   }
 
   struct Triangles {
     std::vector<Vec3d> vertices;
     std::vector<std::array<int32_t, 3>> triangles;
-    std::map<Edge, Vec3d> edge_normals;  // sums of both surface normals
   };
 
   // The boundary as triangles, quads as four around their centre.
@@ -196,30 +293,28 @@ class DefectFinder {
     result.vertices = x_;
     for (const CellFace& face : faces_) {
       poll_.At(static_cast<int64_t>(result.triangles.size()) / 4);
-      const auto centre = static_cast<int32_t>(result.vertices.size());
-      if (face.count == 4) result.vertices.push_back(FaceCentroid(face, x_));
-      for (int j = 0; j < face.count; ++j) {
-        const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
-        const Vec3d apex = face.count == 4 ? result.vertices[centre] : x_[face.v[(j + 2) % 3]];
-        if (face.count == 4) result.triangles.push_back({a, b, centre});
-        result.edge_normals[std::minmax(a, b)] += Normalized(Cross(x_[b] - x_[a], apex - x_[a]));
+      if (face.count == 3) {
+        result.triangles.push_back({face.v[0], face.v[1], face.v[2]});
+        continue;
       }
-      if (face.count == 3) result.triangles.push_back({face.v[0], face.v[1], face.v[2]});
+      const auto centre = static_cast<int32_t>(result.vertices.size());
+      result.vertices.push_back(FaceCentroid(face, x_));
+      for (int j = 0; j < face.count; ++j) {
+        result.triangles.push_back({face.v[j], face.v[(j + 1) % face.count], centre});
+      }
     }
     return result;
   }
 
-  void AddFace(const CellFace& face) {
-    defects_.insert(defects_.end(), face.v.begin(), face.v.begin() + face.count);
+  static void AddFace(const CellFace& face, Vertices& defects) {
+    defects.insert(defects.end(), face.v.begin(), face.v.begin() + face.count);
   }
 
   const std::vector<Vec3d>& x_;
   const Hull& hull_;
   const StopPoll poll_;
-  int64_t visited_ = 0;  // vertices and faces, for the poll
-  std::vector<CellFace> faces_;
-  std::map<int32_t, std::vector<int>> faces_at_;
-  std::vector<int32_t> defects_;
+  const std::vector<CellFace> faces_;
+  const FacesAtVertices faces_at_;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
 #include "exec/resident_slot.h"
+#include "input/build_hull_tree.h"
 #include "input/hull.h"
 #include "input/hull_tree_task.h"
 #include "input/hull_view.h"
@@ -35,7 +36,13 @@ class HullQueries {
   // fails.
   HullQueries(const std::vector<Vec3d>& vertices,
               const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll = {},
-              DeviceUse* device = nullptr, HullAskers askers = HullAskers::kHost);
+              DeviceUse* device = nullptr, HullAskers askers = HullAskers::kHost,
+              HullQuestions questions = HullQuestions::kAll);
+  // The same, built on the host, for these questions alone.
+  HullQueries(const std::vector<Vec3d>& vertices,
+              const std::vector<std::array<int32_t, 3>>& triangles, HullQuestions questions,
+              const StopPoll& poll)
+      : HullQueries(vertices, triangles, poll, nullptr, HullAskers::kHost, questions) {}
   HullQueries(const HullQueries&) = delete;
   HullQueries& operator=(const HullQueries&) = delete;
 
@@ -55,8 +62,9 @@ class HullQueries {
   HullPoint Closest(const Vec3d& p, int32_t& likely) const { return view().Closest(p, likely); }
 
   // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
-  // surface, dipoles far from it. O(log n) expected.
-  double WindingNumber(const Vec3d& p) const { return view().WindingNumber(p); }
+  // surface, dipoles far from it. O(log n) expected. Like all that tells sides, a StatusError where
+  // the hierarchy was built for distances.
+  double WindingNumber(const Vec3d& p) const { return view_with_sides().WindingNumber(p); }
   bool IsInside(const Vec3d& p) const { return WindingNumber(p) > 0.5; }
 
   // Negative inside. Sign by winding number, magnitude by closest point.
@@ -74,6 +82,8 @@ class HullQueries {
     if (!is_here_.load(std::memory_order_acquire)) Fetch();
     return view_;
   }
+  // The same, for those who ask on which side points are.
+  const HullView& view_with_sides() const;
   // Where the host has no copy, nothing: the device has one.
   HullView view_if_here() const { return is_here() ? view_ : HullView(); }
   bool is_here() const { return is_here_.load(std::memory_order_acquire); }
@@ -81,30 +91,12 @@ class HullQueries {
   ResidentSlot& resident() const { return resident_; }
 
  private:
-  using Node = HullNode;
-  using Dipole = HullDipole;
-  using Triangle = HullTriangle;
-
-  struct Range {
-    int32_t begin, end;
-  };
-  void BuildHere(const std::vector<Vec3d>& vertices,
-                 const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll);
   void BuildWhereChosen(const std::vector<Vec3d>& vertices,
                         const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
-                        DeviceUse& device, HullAskers askers);
+                        DeviceUse& device, HullAskers askers, HullQuestions questions);
   void Fetch() const;
-  // Triangles in leaf order and their normals, once their numbers are there.
-  void TakeTriangles(const std::vector<Vec3d>& vertices,
-                     const std::vector<std::array<int32_t, 3>>& triangles) const;
   // Of the arrays, once they are there.
   void TakeView(const StopPoll& poll) const;
-  // Appends the subtree over a range of triangles_, its root first.
-  void Build(const Range& range, int depth, const StopPoll& poll, std::vector<Node>* nodes);
-  int32_t Split(const Range& range, int depth, const StopPoll& poll);
-  template <class Rearrange>
-  int32_t Reorder(const Range& range, const StopPoll& poll, const Rearrange& rearrange);
-  void ComputeDipole(int32_t node, const StopPoll& poll);
 
   // What a copy will be made of; nothing once it has been.
   struct Source {

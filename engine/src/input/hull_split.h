@@ -60,9 +60,10 @@ struct HullBins {
     return bins;
   }
   AMHEX_HD bool CanSplit() const { return to_bin > 0; }
-  AMHEX_HD int BinOf(const HullTriangle& t) const {
-    const int bin = static_cast<int>((BoxCentre(t)[axis] - low) * to_bin);
-    return Clamped(bin, 0, kHullBinCount - 1);
+  // Of a triangle, by where its BoxCentre is along the axis.
+  AMHEX_HD int BinOf(const HullTriangle& t) const { return BinAt(BoxCentre(t)[axis]); }
+  AMHEX_HD int BinAt(double centre) const {
+    return Clamped(static_cast<int>((centre - low) * to_bin), 0, kHullBinCount - 1);
   }
 };
 
@@ -137,17 +138,22 @@ struct DipoleMoments {
                                    const Vec3d& centre) {
     DipoleMoments m;
     for (const HullTriangle* t = begin; t < end; ++t) {
-      const Vec3d a = DoubleAreaVector(t->a, t->b, t->c) / 2.0;
-      const Vec3d d = (t->a + t->b + t->c) / 3.0 - centre;
-      m.xx += d.x * a.x, m.yy += d.y * a.y, m.zz += d.z * a.z;
-      m.xy += (d.x * a.y + d.y * a.x) / 2;
-      m.yz += (d.y * a.z + d.z * a.y) / 2;
-      m.zx += (d.z * a.x + d.x * a.z) / 2;
-      m.radius_squared = Larger(m.radius_squared, SquaredNorm(t->a - centre));
-      m.radius_squared = Larger(m.radius_squared, SquaredNorm(t->b - centre));
-      m.radius_squared = Larger(m.radius_squared, SquaredNorm(t->c - centre));
+      m.Add(DoubleAreaVector(t->a, t->b, t->c) / 2.0, (t->a + t->b + t->c) / 3.0 - centre);
+      m.Reach(*t, centre);
     }
     return m;
+  }
+  // Of a triangle: its area times its normal, and where its middle is from the centre.
+  AMHEX_HD void Add(const Vec3d& a, const Vec3d& d) {
+    xx += d.x * a.x, yy += d.y * a.y, zz += d.z * a.z;
+    xy += (d.x * a.y + d.y * a.x) / 2;
+    yz += (d.y * a.z + d.z * a.y) / 2;
+    zx += (d.z * a.x + d.x * a.z) / 2;
+  }
+  AMHEX_HD void Reach(const HullTriangle& t, const Vec3d& centre) {
+    for (const Vec3d* p : {&t.a, &t.b, &t.c}) {
+      radius_squared = Larger(radius_squared, SquaredNorm(*p - centre));
+    }
   }
   AMHEX_HD void Add(const DipoleMoments& next) {
     xx += next.xx, yy += next.yy, zz += next.zz;

@@ -100,7 +100,7 @@ HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll) {
                      triangles.push_back({first, first + 1, first + 2});
                    });
   }
-  return {vertices, triangles, poll};
+  return {vertices, triangles, HullQuestions::kAll, poll};
 }
 
 void SortWorstFirst(std::vector<Gap>* gaps) {

@@ -91,7 +91,7 @@ void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const
   const DistanceSummary to_input =
       DistanceToSurface(mesh_samples, HullAsker(*hull.queries, device, poll));
   const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll, device,
-                                 HullAskers::kDevice);
+                                 HullAskers::kDevice, HullQuestions::kDistances);
   const DistanceSummary to_mesh =
       DistanceToSurface(InputSamples(hull), HullAsker(mesh_queries, device, poll));
   statistics.mesh_to_input_max = to_input.maximum / diagonal;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <vector>
 
+#include "base/status_error.h"
 #include "fixtures/solids.h"
 #include "input/ask_hull.h"
 #include "input/triangle_math.h"
@@ -112,6 +113,21 @@ TEST(ClosestPointOnTriangle, CollapsedTrianglesGiveTheirNearestPoint) {
   const Vec3d a{0, 0, 0}, b{1, 0, 0}, c{2, 0, 0};
   EXPECT_NEAR(Norm(ClosestPointOnTriangle({1.5, 1, 0}, a, b, c) - Vec3d{1.5, 0, 0}), 0, 1e-12);
   EXPECT_NEAR(Norm(ClosestPointOnTriangle({5, 1, 0}, a, a, a) - a), 0, 1e-12);
+}
+
+TEST(HullQueries, BuiltForDistancesTellsTheSameAndRefusesToTellSides) {
+  for (const TriangleMesh& mesh : Solids()) {
+    const HullQueries all = QueriesOf(mesh);
+    const HullQueries distances(mesh.vertices, mesh.triangles, HullQuestions::kDistances, {});
+    for (const Vec3d& p : ProbesAround(mesh, 200)) {
+      const HullPoint expected = all.Closest(p), found = distances.Closest(p);
+      ASSERT_EQ(found.triangle, expected.triangle);
+      ASSERT_EQ(found.point, expected.point);
+      ASSERT_EQ(distances.IsWithin(p, 0.1), all.IsWithin(p, 0.1));
+    }
+    EXPECT_THROW(distances.IsInside({}), StatusError);
+    EXPECT_THROW(distances.SignedDistance({}), StatusError);
+  }
 }
 
 // Eight boxes at a time or one after the other, as on a device: also where several triangles are

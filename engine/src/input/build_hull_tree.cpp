@@ -1,0 +1,310 @@
+#include "input/build_hull_tree.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "input/hull_split.h"
+#include "input/triangle_math.h"
+
+namespace amhex {
+namespace {
+
+// Subtrees of more triangles than this are built by a task of their own.
+constexpr int32_t kTrianglesPerTask = 1 << 30;
+constexpr size_t kItemsPerBlock = 2048;
+constexpr size_t kNodesPerBlock = 256;
+
+// body(i) for every i below count.
+template <class Body>
+void ForAll(size_t count, size_t per_block, const StopPoll& poll, const Body& body) {
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, per_block),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
+                      for (size_t i = range.begin(); i < range.end(); ++i) body(i);
+                    });
+}
+
+HullTriangle TriangleAt(const std::vector<Vec3d>& vertices, const std::array<int32_t, 3>& t) {
+  return {vertices[static_cast<size_t>(t[0])], vertices[static_cast<size_t>(t[1])],
+          vertices[static_cast<size_t>(t[2])]};
+}
+
+// A box as six numbers of which the least are kept: its low corner and the high one, negated.
+struct Bounds {
+  std::array<double, 6> least = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};
+
+  void Extend(const Bounds& other) {
+    for (size_t i = 0; i < 6; ++i) {
+      least[i] = least[i] < other.least[i] ? least[i] : other.least[i];
+    }
+  }
+  void ExtendTo(const std::array<double, 3>& p) {
+    for (size_t i = 0; i < 3; ++i) {
+      least[i] = least[i] < p[i] ? least[i] : p[i];
+      least[i + 3] = least[i + 3] < -p[i] ? least[i + 3] : -p[i];
+    }
+  }
+  HullBox Box() const {
+    return {{least[0], least[1], least[2]}, {-least[3], -least[4], -least[5]}};
+  }
+};
+
+// A triangle's box with its number. Boxes are all that splitting asks for.
+struct Item {
+  Bounds box;
+  int32_t original = 0;
+
+  // As BoxCentre.
+  double Centre(size_t axis) const { return box.least[axis] - box.least[axis + 3]; }
+  std::array<double, 3> Centre() const { return {Centre(0), Centre(1), Centre(2)}; }
+};
+
+// Of the triangles of a node.
+struct Extent {
+  Bounds box, centres;
+  int32_t count = 0;
+
+  void Extend(const Extent& other) {
+    box.Extend(other.box), centres.Extend(other.centres), count += other.count;
+  }
+  void Extend(const Item& item) { box.Extend(item.box), centres.ExtendTo(item.Centre()), ++count; }
+};
+
+class TreeBuilder {
+ public:
+  TreeBuilder(std::vector<Item> items, const StopPoll& poll)
+      : poll_(poll), items_(std::move(items)), moved_(items_.size()) {}
+
+  std::vector<HullNode> Run() {
+    std::vector<HullNode> nodes;
+    if (items_.empty()) return nodes;
+    nodes.reserve(items_.size());
+    const Range all{0, static_cast<int32_t>(items_.size())};
+    Build(all, ExtentOf(all), 0, &nodes);
+    return nodes;
+  }
+  // In leaf order, after Run.
+  const std::vector<Item>& items() const { return items_; }
+
+ private:
+  struct Range {
+    int32_t begin, end;
+  };
+  struct Parts {
+    Extent left, right;
+  };
+
+  Extent ExtentOf(const Range& range) const {
+    Extent extent;
+    for (int32_t i = range.begin; i < range.end; ++i) {
+      poll_.At(i);
+      extent.Extend(items_[static_cast<size_t>(i)]);
+    }
+    return extent;
+  }
+
+  // Appends the subtree over a range of the items, its root first.
+  void Build(const Range& range, const Extent& extent, int depth, std::vector<HullNode>* nodes) {
+    const size_t id = nodes->size();
+    const HullBox box = extent.box.Box();
+    nodes->push_back({box.low, box.high, range.begin, range.end, -1});
+    if (range.end - range.begin <= kHullLeafTriangles) return;
+
+    const Parts parts = Split(range, extent, depth);
+    const int32_t middle = range.begin + parts.left.count;
+    std::vector<HullNode> right_subtree;
+    const bool is_large = range.end - range.begin > kTrianglesPerTask;
+    const auto build_left = [&] { Build({range.begin, middle}, parts.left, depth + 1, nodes); };
+    const auto build_right = [&] {
+      Build({middle, range.end}, parts.right, depth + 1, &right_subtree);
+    };
+    if (is_large) tbb::parallel_invoke(build_left, build_right);
+    if (!is_large) build_left();
+    const auto right = static_cast<int32_t>(nodes->size());
+    (*nodes)[id].right = right;
+    if (!is_large) return Build({middle, range.end}, parts.right, depth + 1, nodes);
+    for (HullNode& node : right_subtree) {
+      if (node.right >= 0) node.right += right;
+    }
+    nodes->insert(nodes->end(), right_subtree.begin(), right_subtree.end());
+  }
+
+  // Reorders the range by the binned surface area heuristic, by halves where that finds no split.
+  Parts Split(const Range& range, const Extent& extent, int depth) {
+    const HullBins bins = HullBins::Over(extent.centres.Box());
+    if (!bins.CanSplit()) return Halves(range);
+    const auto axis = static_cast<size_t>(bins.axis);
+    const auto bin_of = [&](const Item& item) { return bins.BinAt(item.Centre(axis)); };
+    std::array<Extent, kHullBinCount> filled;
+    for (int32_t i = range.begin; i < range.end; ++i) {
+      poll_.At(i);
+      const Item& item = items_[static_cast<size_t>(i)];
+      filled[static_cast<size_t>(bin_of(item))].Extend(item);
+    }
+    const int best_bin = BestBin(range.end - range.begin, [&](int bin) {
+      const Extent& of_bin = filled[static_cast<size_t>(bin)];
+      return HullBin{of_bin.box.Box(), of_bin.count};
+    });
+    if (best_bin < 0 || depth >= kHullBalancedDepth) {
+      SortAlong(axis, range);
+      return Halves(range);
+    }
+    Parts parts;
+    for (int bin = 0; bin < kHullBinCount; ++bin) {
+      (bin < best_bin ? parts.left : parts.right).Extend(filled[static_cast<size_t>(bin)]);
+    }
+    Partition(range, [&](const Item& item) { return bin_of(item) < best_bin; });
+    return parts;
+  }
+
+  Parts Halves(const Range& range) const {
+    const int32_t half = range.begin + (range.end - range.begin) / 2;
+    return {ExtentOf({range.begin, half}), ExtentOf({half, range.end})};
+  }
+
+  // Stable, so that the hierarchy is reproducible.
+  void SortAlong(size_t axis, const Range& range) {
+    std::stable_sort(
+        items_.begin() + range.begin, items_.begin() + range.end,
+        [axis](const Item& a, const Item& b) { return a.Centre(axis) < b.Centre(axis); });
+  }
+  template <class IsLeft>
+  void Partition(const Range& range, const IsLeft& is_left) {
+    auto left = items_.begin() + range.begin;
+    const auto moved = moved_.begin() + range.begin;
+    auto right = moved;
+    for (int32_t i = range.begin; i < range.end; ++i) {
+      poll_.At(i);
+      const Item& item = items_[static_cast<size_t>(i)];
+      if (is_left(item)) {
+        *left++ = item;
+      } else {
+        *right++ = item;
+      }
+    }
+    std::copy(moved, right, left);
+  }
+
+  const StopPoll poll_;
+  std::vector<Item> items_;
+  std::vector<Item> moved_;  // each range's own
+};
+
+// What dipoles ask of a triangle at every level, found once.
+struct DipoleTerms {
+  Vec3d area_normal, weighted;
+  double area = 0;
+  Vec3d middle;
+};
+
+class DipoleBuilder {
+ public:
+  DipoleBuilder(const HullArrays& arrays, const StopPoll& poll)
+      : arrays_(arrays), poll_(poll), terms_(arrays.triangles.size()) {
+    ForAll(terms_.size(), kItemsPerBlock, poll, [&](size_t i) {
+      const HullTriangle& t = arrays_.triangles[i];
+      const DipoleSums sums = DipoleSums::Of(&t, &t + 1);
+      terms_[i] = {sums.area_normal, sums.weighted, sums.area, (t.a + t.b + t.c) / 3.0};
+    });
+  }
+
+  HullDipole At(size_t id) const {
+    const HullNode& node = arrays_.nodes[id];
+    DipoleSums sums;
+    ForParts(node, [&](int32_t begin, int32_t end) { sums.Add(SumsOf(begin, end)); });
+    HullDipole dipole = sums.Dipole(node);
+    DipoleMoments moments;
+    ForParts(node, [&](int32_t begin, int32_t end) {
+      moments.Add(MomentsOf(begin, end, dipole.centre));
+    });
+    moments.PutInto(dipole);
+    return dipole;
+  }
+
+ private:
+  template <class Visit>
+  void ForParts(const HullNode& node, const Visit& visit) const {
+    for (int32_t part = node.begin; part < node.end; part += kTrianglesPerSum) {
+      if (part > node.begin) poll_.Now();
+      visit(part, std::min(part + kTrianglesPerSum, node.end));
+    }
+  }
+  // As DipoleSums::Of.
+  DipoleSums SumsOf(int32_t begin, int32_t end) const {
+    DipoleSums sums;
+    for (int32_t i = begin; i < end; ++i) {
+      const DipoleTerms& terms = terms_[static_cast<size_t>(i)];
+      sums.Add({terms.area_normal, terms.weighted, terms.area});
+    }
+    return sums;
+  }
+
+  // As DipoleMoments::Of.
+  DipoleMoments MomentsOf(int32_t begin, int32_t end, const Vec3d& centre) const {
+    DipoleMoments m;
+    for (int32_t i = begin; i < end; ++i) {
+      const DipoleTerms& terms = terms_[static_cast<size_t>(i)];
+      m.Add(terms.area_normal, terms.middle - centre);
+      m.Reach(arrays_.triangles[static_cast<size_t>(i)], centre);
+    }
+    return m;
+  }
+
+  const HullArrays& arrays_;
+  const StopPoll& poll_;
+  std::vector<DipoleTerms> terms_;
+};
+
+std::vector<Item> ItemsOf(const std::vector<Vec3d>& vertices,
+                          const std::vector<std::array<int32_t, 3>>& triangles,
+                          const StopPoll& poll) {
+  std::vector<Item> items(triangles.size());
+  ForAll(triangles.size(), kItemsPerBlock, poll, [&](size_t i) {
+    const HullTriangle t = TriangleAt(vertices, triangles[i]);
+    if (IsDegenerate(t.a, t.b, t.c)) {
+      items[i].original = -1;
+      return;
+    }
+    for (const Vec3d& p : {t.a, t.b, t.c}) items[i].box.ExtendTo({p.x, p.y, p.z});
+    items[i].original = static_cast<int32_t>(i);
+  });
+  std::erase_if(items, [](const Item& item) { return item.original < 0; });
+  return items;
+}
+
+}  // namespace
+
+void TakeTriangles(const std::vector<Vec3d>& vertices,
+                   const std::vector<std::array<int32_t, 3>>& triangles, HullArrays* arrays) {
+  const size_t count = arrays->original.size();
+  arrays->triangles.resize(count), arrays->normals.resize(count);
+  ForAll(count, kItemsPerBlock, {}, [&](size_t i) {
+    const HullTriangle t =
+        TriangleAt(vertices, triangles[static_cast<size_t>(arrays->original[i])]);
+    arrays->triangles[i] = t;
+    arrays->normals[i] = Normalized(DoubleAreaVector(t.a, t.b, t.c));
+  });
+}
+
+HullArrays BuildHullTree(const std::vector<Vec3d>& vertices,
+                         const std::vector<std::array<int32_t, 3>>& triangles,
+                         HullQuestions questions, const StopPoll& poll) {
+  TreeBuilder builder(ItemsOf(vertices, triangles, poll), poll);
+  HullArrays arrays;
+  arrays.nodes = builder.Run();
+  arrays.original.reserve(builder.items().size());
+  for (const Item& item : builder.items()) arrays.original.push_back(item.original);
+  TakeTriangles(vertices, triangles, &arrays);
+  if (questions == HullQuestions::kDistances) return arrays;
+  const DipoleBuilder dipoles(arrays, poll);
+  arrays.dipoles.resize(arrays.nodes.size());
+  ForAll(arrays.nodes.size(), kNodesPerBlock, poll,
+         [&](size_t node) { arrays.dipoles[node] = dipoles.At(node); });
+  return arrays;
+}
+
+}  // namespace amhex
