@@ -351,7 +351,7 @@ TEST_F(EmulatedSteps, SweepsGoOnOnTheHostOnceTooFewVerticesMove) {
     });
     visits_worth_device = 0;
     return std::make_tuple(box.complex.vertices, box.placement.survey.min_scaled_jacobian,
-                           box.memory.active, box.memory.step);
+                           box.memory.active.flags(), box.memory.step);
   };
   const auto expected = swept(nullptr, 0);
   EXPECT_EQ(controls().launches, 0);

@@ -53,8 +53,45 @@ PlacementView ViewOf(Placement& placement) {
   return view;
 }
 
+ActiveVertices ActiveVertices::None(int64_t count) {
+  ActiveVertices none;
+  none.is_active_.assign(static_cast<size_t>(count), 0);
+  return none;
+}
+
+ActiveVertices ActiveVertices::All(int64_t count) {
+  ActiveVertices all;
+  all.is_active_.assign(static_cast<size_t>(count), 1);
+  all.list_.resize(all.is_active_.size());
+  std::iota(all.list_.begin(), all.list_.end(), 0);
+  return all;
+}
+
+void ActiveVertices::Clear() {
+  for (const int32_t v : list_) is_active_[v] = 0;
+  list_.clear();
+  is_sorted_ = true;
+}
+
+const std::vector<int32_t>& ActiveVertices::list() {
+  // Where most are, finding them all takes less than sorting.
+  constexpr size_t kManyShare = 16;
+  if (!is_sorted_ && list_.size() > is_active_.size() / kManyShare) ListAnew();
+  if (!is_sorted_) std::sort(list_.begin(), list_.end());
+  is_sorted_ = true;
+  return list_;
+}
+
+void ActiveVertices::ListAnew() {
+  list_.clear();
+  for (size_t v = 0; v < is_active_.size(); ++v) {
+    if (is_active_[v] != 0) list_.push_back(static_cast<int32_t>(v));
+  }
+  is_sorted_ = true;
+}
+
 SweepMemory StartSweeps(int64_t vertex_count) {
-  return {std::vector<uint8_t>(vertex_count, 1), std::vector<float>(vertex_count, kFirstSweepStep)};
+  return {ActiveVertices::All(vertex_count), std::vector<float>(vertex_count, kFirstSweepStep)};
 }
 
 SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& run) {
@@ -62,7 +99,7 @@ SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& r
   task.placement = ViewOf(placement);
   task.resident = {&placement.features.resident_hull(), &placement.features.resident(),
                    &placement.resident};
-  task.active = &memory.active;
+  task.active = &memory.active.flags();
   task.step = &memory.step;
   for (const std::vector<int32_t>& colour : placement.neighbourhoods.colours) {
     task.colours.push_back(ArrayViewOf(colour));
@@ -94,20 +131,30 @@ void SurveyAllCells(Placement& placement, const StopPoll& poll) {
   RenewSurvey(all, placement, poll);
 }
 
-void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory,
+std::vector<int32_t> Marked(const std::vector<int32_t>& vertices,
+                            const std::vector<uint8_t>& marks) {
+  std::vector<int32_t> marked;
+  for (const int32_t v : vertices) {
+    if (marks[v] != 0) marked.push_back(v);
+  }
+  return marked;
+}
+
+void NoteMoves(const std::vector<int32_t>& moved, Placement& placement, SweepMemory& memory,
                const StopPoll& poll) {
-  std::vector<uint8_t> is_touched(placement.complex.cells.size(), 0);
+  std::vector<int32_t>& visitor_of_cell = memory.scratch.visitor_of_cell;
+  visitor_of_cell.resize(placement.complex.cells.size(), -1);
   std::vector<int32_t> touched;
-  for (size_t v = 0; v < moved.size(); ++v) {
-    poll.At(static_cast<int64_t>(v));
-    if (!moved[v]) continue;
-    for (const int32_t c : placement.neighbourhoods.cells[static_cast<int64_t>(v)]) {
-      if (is_touched[c]) continue;
-      is_touched[c] = 1;
+  for (size_t i = 0; i < moved.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
+    for (const int32_t c : placement.neighbourhoods.cells[moved[i]]) {
+      if (visitor_of_cell[c] >= 0) continue;
+      visitor_of_cell[c] = moved[i];
       touched.push_back(c);
-      for (const int32_t neighbour : placement.complex.cells[c]) memory.active[neighbour] = 1;
+      for (const int32_t neighbour : placement.complex.cells[c]) memory.active.Add(neighbour);
     }
   }
+  for (const int32_t c : touched) visitor_of_cell[c] = -1;
   RenewSurvey(touched, placement, poll);
 }
 

@@ -14,6 +14,7 @@
 #include "optimize/placement_view.h"
 #include "optimize/vertex_constraints.h"
 #include "optimize/vertex_neighbourhoods.h"
+#include "optimize/visit_by_colour.h"
 
 namespace amhex {
 
@@ -48,10 +49,39 @@ PlacementView ViewOf(Placement& placement);
 // What vertices try first, edge lengths.
 inline constexpr float kFirstSweepStep = 0.1F;
 
+// Which vertices the next sweep has to look at.
+class ActiveVertices {
+ public:
+  // All of them, or none.
+  static ActiveVertices All(int64_t count);
+  static ActiveVertices None(int64_t count);
+
+  void Add(int32_t v) {
+    if (is_active_[v] != 0) return;
+    is_active_[v] = 1;
+    list_.push_back(v);
+    is_sorted_ = false;
+  }
+  void Clear();
+  int64_t count() const { return static_cast<int64_t>(is_active_.size()); }
+  // Ascending.
+  const std::vector<int32_t>& list();
+
+  // [vertex] For a device, which changes them; then they must be listed anew.
+  std::vector<uint8_t>& flags() { return is_active_; }
+  void ListAnew();
+
+ private:
+  std::vector<uint8_t> is_active_;  // [vertex]
+  std::vector<int32_t> list_;       // of these
+  bool is_sorted_ = true;
+};
+
 // Which vertices a later sweep need not look at, and how far each moved last.
 struct SweepMemory {
-  std::vector<uint8_t> active;  // [vertex_count]
-  std::vector<float> step;      // [vertex_count] next trial step, edge lengths
+  ActiveVertices active;
+  std::vector<float> step;  // [vertex_count] next trial step, edge lengths
+  VisitScratch scratch = {};
 };
 SweepMemory StartSweeps(int64_t vertex_count);
 
@@ -60,8 +90,12 @@ SweepTask TaskFor(Placement& placement, SweepMemory& memory, const RunContext& r
 
 // Surveys all cells.
 void SurveyAllCells(Placement& placement, const StopPoll& poll = {});
-// Surveys the cells anew of which a vertex has moved, and activates all their vertices.
-void NoteMoves(const std::vector<uint8_t>& moved, Placement& placement, SweepMemory& memory,
+// Those that are marked by vertex.
+std::vector<int32_t> Marked(const std::vector<int32_t>& vertices,
+                            const std::vector<uint8_t>& marks);
+// Surveys the cells anew of which one of these vertices has moved, and activates all vertices of
+// theirs.
+void NoteMoves(const std::vector<int32_t>& moved, Placement& placement, SweepMemory& memory,
                const StopPoll& poll);
 
 // Room for the cells around one vertex, on the stack for most.

@@ -24,12 +24,13 @@ double OffsetOf(const PlacementView& placement, size_t v) {
   return Norm(FootOf(placement, vertex).point - placement.vertices[vertex]);
 }
 
-int64_t CountOnHull(const PlacementView& placement) {
-  int64_t count = 0;
-  for (int64_t v = 0; v < placement.vertices.size; ++v) {
-    count += IsOnHull(placement, static_cast<int32_t>(v)) ? 1 : 0;
+// Ascending.
+std::vector<int32_t> VerticesOnHull(const PlacementView& placement) {
+  std::vector<int32_t> on_hull;
+  for (int32_t v = 0; v < placement.vertices.size; ++v) {
+    if (IsOnHull(placement, v)) on_hull.push_back(v);
   }
-  return count;
+  return on_hull;
 }
 
 }  // namespace
@@ -38,25 +39,29 @@ absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor
                                       SweepMemory& memory, const RunContext& run) {
   SweepTask task = TaskFor(placement, memory, run);
   task.projection_floor = quality_floor;
+  const std::vector<int32_t> on_hull = VerticesOnHull(task.placement);
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
-    std::vector<uint8_t> moved(placement.complex.vertices.size(), 0);
+    std::vector<uint8_t> has_moved(placement.complex.vertices.size(), 0);
     const absl::Status status = VisitByColour(
-        placement.neighbourhoods, run, [&](int32_t v) { return IsOnHull(task.placement, v); },
+        placement.neighbourhoods, on_hull, run, [](int32_t) { return true; },
         [&](int32_t v) {
           LocalRoom room(static_cast<size_t>(task.placement.cells_at[v].size));
-          moved[v] = ProjectVertex<LaneCells>(task.placement, v, quality_floor, room.data());
-        });
+          has_moved[v] = ProjectVertex<LaneCells>(task.placement, v, quality_floor, room.data());
+        },
+        memory.scratch);
     if (!status.ok()) return status;
+    const std::vector<int32_t> moved = Marked(on_hull, has_moved);
     NoteMoves(moved, placement, memory, StopPoll(run));
-    task.projected_count = std::count(moved.begin(), moved.end(), 1);
+    task.projected_count = static_cast<int64_t>(moved.size());
     return true;
   };
   const bool is_worth_device =
       placement.device != nullptr &&
-      CountOnHull(task.placement) >= FewestVisitsOnDevice(placement.neighbourhoods);
+      static_cast<int64_t>(on_hull.size()) >= FewestVisitsOnDevice(placement.neighbourhoods);
   AMHEX_RETURN_IF_ERROR(
       RunWhereChosen(is_worth_device ? placement.device : nullptr, &task, on_cpu).status());
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
+  if (is_worth_device) memory.active.ListAnew();
   return task.projected_count;
 }
 

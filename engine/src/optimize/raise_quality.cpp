@@ -25,19 +25,20 @@ constexpr size_t kActivePerBlock = 2048;
 
 SweepVisits VisitsOf(Placement& placement, const SweepRules& rules, SweepMemory& memory,
                      std::vector<uint8_t>& moved) {
-  return {ViewOf(placement), rules, WritableViewOf(memory.active), WritableViewOf(memory.step),
-          WritableViewOf(moved)};
+  return {ViewOf(placement), rules, WritableViewOf(memory.active.flags()),
+          WritableViewOf(memory.step), WritableViewOf(moved)};
 }
 
 // Vertices that the next sweep will visit.
 int64_t CountWanted(Placement& placement, const SweepRules& rules, SweepMemory& memory) {
   std::vector<uint8_t> none;
   const SweepVisits sweep = VisitsOf(placement, rules, memory, none);
+  const std::vector<int32_t>& active = memory.active.list();
   return tbb::parallel_reduce(
-      tbb::blocked_range<size_t>(0, memory.active.size(), kActivePerBlock), int64_t{0},
+      tbb::blocked_range<size_t>(0, active.size(), kActivePerBlock), int64_t{0},
       [&](const tbb::blocked_range<size_t>& range, int64_t wanted) {
-        for (size_t v = range.begin(); v < range.end(); ++v) {
-          wanted += sweep.Wants(static_cast<int32_t>(v)) ? 1 : 0;
+        for (size_t i = range.begin(); i < range.end(); ++i) {
+          wanted += sweep.Wants(active[i]) ? 1 : 0;
         }
         return wanted;
       },
@@ -48,18 +49,21 @@ int64_t CountWanted(Placement& placement, const SweepRules& rules, SweepMemory& 
 
 absl::StatusOr<int64_t> SweepQuality(Placement& placement, const SweepRules& rules,
                                      SweepMemory& memory, const RunContext& run) {
-  std::vector<uint8_t> moved(memory.active.size(), 0);
-  const SweepVisits sweep = VisitsOf(placement, rules, memory, moved);
+  std::vector<uint8_t> has_moved(static_cast<size_t>(memory.active.count()), 0);
+  const SweepVisits sweep = VisitsOf(placement, rules, memory, has_moved);
   const absl::Status status = VisitByColour(
-      placement.neighbourhoods, run, [&](int32_t v) { return sweep.Wants(v); },
+      placement.neighbourhoods, memory.active.list(), run,
+      [&](int32_t v) { return sweep.Wants(v); },
       [&](int32_t v) {
         LocalRoom room(static_cast<size_t>(placement.neighbourhoods.cells[v].size()));
         sweep.Visit<LaneCells>(v, room.data());
-      });
+      },
+      memory.scratch);
   if (!status.ok()) return status;
-  std::fill(memory.active.begin(), memory.active.end(), 0);
+  const std::vector<int32_t> moved = Marked(memory.active.list(), has_moved);
+  memory.active.Clear();
   NoteMoves(moved, placement, memory, StopPoll(run));
-  return std::count(moved.begin(), moved.end(), 1);
+  return static_cast<int64_t>(moved.size());
 }
 
 absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t count,
@@ -84,6 +88,7 @@ absl::Status RunSweeps(Placement& placement, const SweepRules& rules, int32_t co
     if (CountWanted(placement, rules, memory) >= fewest) {
       AMHEX_RETURN_IF_ERROR(placement.device->Run(&task, on_cpu).status());
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
+      memory.active.ListAnew();
     }
   }
   AMHEX_RETURN_IF_ERROR(on_cpu().status());

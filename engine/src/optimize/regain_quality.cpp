@@ -27,8 +27,12 @@ absl::Status RegainQuality(Placement& placement, const std::vector<uint8_t>& mov
                            const std::vector<uint8_t>& stays, double floor, const RunContext& run) {
   const std::vector<VertexConstraint> constraints = placement.constraints.vertex;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(moved.size()));
-  std::fill(memory.active.begin(), memory.active.end(), 0);
-  NoteMoves(moved, placement, memory, StopPoll(run));
+  memory.active.Clear();
+  std::vector<int32_t> moved_ones;
+  for (size_t v = 0; v < moved.size(); ++v) {
+    if (moved[v] != 0) moved_ones.push_back(static_cast<int32_t>(v));
+  }
+  NoteMoves(moved_ones, placement, memory, StopPoll(run));
   for (size_t v = 0; v < stays.size(); ++v) {
     if (stays[v] != 0) placement.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
   }

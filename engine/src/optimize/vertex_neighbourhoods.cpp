@@ -26,15 +26,17 @@ Incidence InvertIncidence(int64_t vertex_count, int64_t item_count, const StopPo
 }
 
 // Greedy colouring in index order: each vertex takes the first colour free among its cells'.
-std::vector<std::vector<int32_t>> ColourVertices(const CellComplex& complex, const Incidence& cells,
-                                                 const StopPoll& poll) {
+void ColourVertices(const CellComplex& complex, const StopPoll& poll,
+                    VertexNeighbourhoods& neighbourhoods) {
   const size_t vertex_count = complex.vertices.size();
-  std::vector<int32_t> colour(vertex_count, -1);
+  const Incidence& cells = neighbourhoods.cells;
+  std::vector<int32_t>& colour = neighbourhoods.colour_of;
+  colour.assign(vertex_count, -1);
   std::vector<int32_t> taken_by;  // [colour] the last vertex that found it taken
-  std::vector<std::vector<int32_t>> colours;
+  std::vector<std::vector<int32_t>>& colours = neighbourhoods.colours;
   for (size_t v = 0; v < vertex_count; ++v) {
     poll.At(static_cast<int64_t>(v));
-    const auto row = cells[v];
+    const auto row = cells[static_cast<int64_t>(v)];
     if (row.size() == 0) continue;
     for (const int32_t c : row) {
       for (const int32_t other : complex.cells[c]) {
@@ -50,7 +52,6 @@ std::vector<std::vector<int32_t>> ColourVertices(const CellComplex& complex, con
     colour[v] = static_cast<int32_t>(free);
     colours[free].push_back(static_cast<int32_t>(v));
   }
-  return colours;
 }
 
 }  // namespace
@@ -76,7 +77,7 @@ VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex, const StopPo
                                         const CellFace& face = complex.hull_faces[f];
                                         for (int j = 0; j < face.count; ++j) visit(face.v[j]);
                                       });
-  result.colours = ColourVertices(complex, result.cells, poll);
+  ColourVertices(complex, poll, result);
   return result;
 }
 

@@ -34,6 +34,7 @@ struct VertexNeighbourhoods {
   // Vertices by colour: no two of one colour share a cell, so that all of one colour can be moved
   // in parallel with a result that does not depend on the order.
   std::vector<std::vector<int32_t>> colours;
+  std::vector<int32_t> colour_of;  // [vertex] -1 without cells
 };
 
 // Linear. Requires cells of Figure 2. Throws RunStopped when `poll` does.

@@ -26,6 +26,61 @@ constexpr size_t kVerticesPerClustered = 4;
 // In the order of their colours, and of each colour in that of their numbers.
 using Ordered = std::vector<int32_t>;
 
+// Those that are wanted, in the order of their numbers.
+Ordered Wanted(const std::vector<int32_t>& among, const std::function<bool(int32_t)>& wants) {
+  std::vector<uint8_t> is_wanted(among.size());
+  parallel_for(blocked_range<size_t>(0, among.size(), kAsksPerTask),
+               [&](const blocked_range<size_t>& range) {
+                 for (size_t i = range.begin(); i < range.end(); ++i) {
+                   is_wanted[i] = wants(among[i]) ? 1 : 0;
+                 }
+               });
+  Ordered wanted;
+  for (size_t i = 0; i < among.size(); ++i) {
+    if (is_wanted[i] != 0) wanted.push_back(among[i]);
+  }
+  return wanted;
+}
+
+// The vertices by their clusters: those that share a cell are in one.
+class Clusters {
+ public:
+  Clusters(const VertexNeighbourhoods& neighbourhoods, const Ordered& vertices,
+           VisitScratch& scratch)
+      : parent_(vertices.size()), size_(vertices.size(), 1) {
+    std::vector<int32_t>& visitor_of_cell = scratch.visitor_of_cell;
+    visitor_of_cell.resize(neighbourhoods.patterns.size(), -1);
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      parent_[i] = static_cast<int32_t>(i);
+      for (const int32_t c : neighbourhoods.cells[vertices[i]]) {
+        if (visitor_of_cell[c] < 0) visitor_of_cell[c] = static_cast<int32_t>(i);
+        Join(static_cast<int32_t>(i), visitor_of_cell[c]);
+      }
+    }
+    for (const int32_t v : vertices) {
+      for (const int32_t c : neighbourhoods.cells[v]) visitor_of_cell[c] = -1;
+    }
+  }
+
+  // Of the i-th vertex.
+  int32_t RootOf(int32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  bool IsLarge(int32_t root) const { return static_cast<size_t>(size_[root]) > kLargeCluster; }
+
+ private:
+  void Join(int32_t i, int32_t k) {
+    int32_t a = RootOf(i), b = RootOf(k);
+    if (a == b) return;
+    if (size_[a] < size_[b]) std::swap(a, b);
+    parent_[b] = a;
+    size_[a] += size_[b];
+  }
+
+  std::vector<int32_t> parent_, size_;
+};
+
 class Visits {
  public:
   Visits(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
@@ -48,13 +103,27 @@ class Visits {
   }
 
   // The same. Small clusters that share no cell with others are visited side by side.
-  void ByCluster(const std::vector<Ordered>& colours) {
+  void ByCluster(const std::vector<Ordered>& colours, VisitScratch& scratch) {
+    Ordered vertices;
+    for (const Ordered& colour : colours) {
+      vertices.insert(vertices.end(), colour.begin(), colour.end());
+    }
+    Clusters clusters(neighbourhoods_, vertices, scratch);
     std::vector<Ordered> small, large(colours.size());
-    const std::vector<int32_t> cluster_of = FindClusters(colours, &small);
-    for (size_t i = 0; i < colours.size(); ++i) {
-      for (const int32_t v : colours[i]) {
-        const int32_t cluster = cluster_of[v];
-        (cluster >= 0 ? small[cluster] : large[i]).push_back(v);
+    std::vector<int32_t> number(vertices.size(), -1);  // [root] of a small cluster
+    int32_t place = 0;
+    for (size_t k = 0; k < colours.size(); ++k) {
+      for (const int32_t v : colours[k]) {
+        const int32_t root = clusters.RootOf(place++);
+        if (clusters.IsLarge(root)) {
+          large[k].push_back(v);
+          continue;
+        }
+        if (number[root] < 0) {
+          number[root] = static_cast<int32_t>(small.size());
+          small.emplace_back();
+        }
+        small[number[root]].push_back(v);
       }
     }
     ByColour(large);
@@ -75,44 +144,6 @@ class Visits {
     }
   }
 
-  // [vertex] the number of its cluster, which `small` gets an empty list for; -1 in large ones.
-  std::vector<int32_t> FindClusters(const std::vector<Ordered>& colours,
-                                    std::vector<Ordered>* small) const {
-    std::vector<int32_t> parent(neighbourhoods_.cells.begin.size() - 1, -1);
-    std::vector<int32_t> size(parent.size(), 1);
-    const auto root_of = [&](int32_t v) {
-      while (parent[v] != v) v = parent[v] = parent[parent[v]];
-      return v;
-    };
-    std::vector<int32_t> vertex_of(neighbourhoods_.patterns.size(), -1);  // [cell]
-    for (const Ordered& colour : colours) {
-      for (const int32_t v : colour) {
-        parent[v] = v;
-        for (const int32_t c : neighbourhoods_.cells[v]) {
-          if (vertex_of[c] < 0) vertex_of[c] = v;
-          int32_t a = root_of(v), b = root_of(vertex_of[c]);
-          if (a == b) continue;
-          if (size[a] < size[b]) std::swap(a, b);
-          parent[b] = a;
-          size[a] += size[b];
-        }
-      }
-    }
-    std::vector<int32_t> number(parent.size(), -1);
-    for (const Ordered& colour : colours) {
-      for (const int32_t v : colour) {
-        const int32_t root = root_of(v);
-        if (static_cast<size_t>(size[root]) > kLargeCluster) continue;
-        if (number[root] < 0) {
-          number[root] = static_cast<int32_t>(small->size());
-          small->emplace_back();
-        }
-        number[v] = number[root];
-      }
-    }
-    return number;
-  }
-
   const VertexNeighbourhoods& neighbourhoods_;
   const RunContext& run_;
   const std::function<void(int32_t)>& visit_;
@@ -121,31 +152,21 @@ class Visits {
 
 }  // namespace
 
-absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods, const RunContext& run,
+absl::Status VisitByColour(const VertexNeighbourhoods& neighbourhoods,
+                           const std::vector<int32_t>& among, const RunContext& run,
                            const std::function<bool(int32_t)>& wants,
-                           const std::function<void(int32_t)>& visit) {
-  const size_t vertex_count = neighbourhoods.cells.begin.size() - 1;
-  std::vector<uint8_t> is_wanted(vertex_count, 0);
-  parallel_for(blocked_range<size_t>(0, vertex_count, kAsksPerTask),
-               [&](const blocked_range<size_t>& range) {
-                 for (size_t v = range.begin(); v < range.end(); ++v) {
-                   is_wanted[v] = wants(static_cast<int32_t>(v)) ? 1 : 0;
-                 }
-               });
-  std::vector<Ordered> wanted;
-  size_t count = 0;
-  for (const Ordered& colour : neighbourhoods.colours) {
-    Ordered& of_colour = wanted.emplace_back();
-    for (const int32_t v : colour) {
-      if (is_wanted[v] != 0) of_colour.push_back(v);
-    }
-    count += of_colour.size();
+                           const std::function<void(int32_t)>& visit, VisitScratch& scratch) {
+  const Ordered wanted = Wanted(among, wants);
+  std::vector<Ordered> by_colour(neighbourhoods.colours.size());
+  for (const int32_t v : wanted) {
+    const int32_t colour = neighbourhoods.colour_of[v];
+    if (colour >= 0) by_colour[colour].push_back(v);
   }
   Visits visits(neighbourhoods, run, visit);
-  if (count * kVerticesPerClustered > vertex_count) {
-    visits.ByColour(wanted);
+  if (wanted.size() * kVerticesPerClustered > neighbourhoods.colour_of.size()) {
+    visits.ByColour(by_colour);
   } else {
-    visits.ByCluster(wanted);
+    visits.ByCluster(by_colour, scratch);
   }
   return visits.status();
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -21,6 +22,12 @@ constexpr int kThreads = 4;
 
 struct Grid {
   Grid() : complex(GridComplex({12, 11, 10})), neighbourhoods(FindNeighbourhoods(complex)) {}
+
+  std::vector<int32_t> All() const {
+    std::vector<int32_t> all(complex.vertices.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
 
   // Every vertex gets one more than the largest of those that share a cell with it.
   void Visit(int32_t v, std::vector<int>& numbers) const {
@@ -49,6 +56,7 @@ std::vector<uint8_t> Wanted(const Grid& grid, uint64_t every, double ball) {
 TEST(VisitByColour, ComesToWhatOneVertexAfterTheOtherDoes) {
   const Grid grid;
   const global_control threads(global_control::max_allowed_parallelism, kThreads);
+  VisitScratch scratch;  // the same for all, as for one sweep after the other
   struct Case {
     uint64_t every;
     double ball;
@@ -63,10 +71,30 @@ TEST(VisitByColour, ComesToWhatOneVertexAfterTheOtherDoes) {
       }
     }
     const absl::Status status = VisitByColour(
-        grid.neighbourhoods, RunContext(), [&](int32_t v) { return wanted[v] != 0; },
-        [&](int32_t v) { grid.Visit(v, numbers); });
+        grid.neighbourhoods, grid.All(), RunContext(), [&](int32_t v) { return wanted[v] != 0; },
+        [&](int32_t v) { grid.Visit(v, numbers); }, scratch);
     EXPECT_TRUE(status.ok());
     EXPECT_EQ(numbers, in_turn) << wish.every << " " << wish.ball;
+  }
+}
+
+TEST(VisitByColour, AsksForNoOthersThanThoseGiven) {
+  const Grid grid;
+  std::vector<int32_t> among = grid.All();
+  std::erase_if(among, [](int32_t v) { return v % 3 != 0; });
+  VisitScratch scratch;
+  std::vector<std::atomic<int>> asked(grid.complex.vertices.size()), visited(asked.size());
+  ASSERT_TRUE(VisitByColour(
+                  grid.neighbourhoods, among, RunContext(),
+                  [&](int32_t v) {
+                    ++asked[v];
+                    return v % 2 == 0;
+                  },
+                  [&](int32_t v) { ++visited[v]; }, scratch)
+                  .ok());
+  for (size_t v = 0; v < asked.size(); ++v) {
+    EXPECT_EQ(asked[v], v % 3 == 0 ? 1 : 0) << v;
+    EXPECT_EQ(visited[v], v % 6 == 0 ? 1 : 0) << v;
   }
 }
 
@@ -77,9 +105,10 @@ TEST(VisitByColour, EndsWithTheReasonWhenTheRunIsToStop) {
     RunContext run;
     run.RequestStop();
     std::atomic<int> visits = 0;
+    VisitScratch scratch;
     const absl::Status status = VisitByColour(
-        grid.neighbourhoods, run, [&](int32_t v) { return wanted[v] != 0; },
-        [&](int32_t) { ++visits; });
+        grid.neighbourhoods, grid.All(), run, [&](int32_t v) { return wanted[v] != 0; },
+        [&](int32_t) { ++visits; }, scratch);
     EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
     EXPECT_EQ(visits, 0);
   }

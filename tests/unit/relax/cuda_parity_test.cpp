@@ -322,7 +322,7 @@ TEST_F(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
     EXPECT_NE(complex.vertices, before);
     return std::make_tuple(projected.value_or(0), complex.vertices,
                            placement.survey.min_scaled_jacobian, placement.survey.near_folding,
-                           memory.active, memory.step);
+                           memory.active.flags(), memory.step);
   };
   for (const QualityAim aim : {QualityAim::kMinimum, QualityAim::kAverage}) {
     EXPECT_TRUE(swept(aim, nullptr) == swept(aim, &*device));
