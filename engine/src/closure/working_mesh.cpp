@@ -11,8 +11,9 @@ namespace {
 
 // Three in a large mesh of hexahedra; one more for the hull and for smaller cells.
 constexpr size_t kFacesPerCell = 4;
-// Between two looks at whether to stop; enough for all threads.
-constexpr size_t kCellsAtOnce = 16384, kVerticesAtOnce = 1024;
+// Fewer cells, as of excerpts, are added one by one: those are made on all threads at once.
+constexpr size_t kFewestTogether = 16384;
+constexpr size_t kVerticesAtOnce = 1024;
 
 }  // namespace
 
@@ -73,9 +74,11 @@ WorkingMesh::WorkingMesh(const CellComplex& complex, const StopPoll& poll)
   first_face_.assign(vertices_.size(), kEnd);
   first_cell_.assign(vertices_.size(), kEnd);
   next_cell_.reserve(count * kMaxVertices);
-  AppendCells(complex.cells, poll);
+  if (count < kFewestTogether || !AppendTogether(complex.cells, poll)) {
+    AppendOneByOne(complex.cells, poll);
+  }
   // Once, as every cell beside another changes what is open of it.
-  for (int cell = 0; cell < cell_slots(); ++cell) NoteOpen(half_faces_[cell][0]);
+  NoteAllOpen(poll);
   for (const CellFace& face : complex.hull_faces) MarkHull(face);
 }
 
@@ -181,23 +184,11 @@ int WorkingMesh::AddVertex(const Vec3d& position) {
   return static_cast<int>(vertices_.size()) - 1;
 }
 
-void WorkingMesh::AppendCells(const std::vector<CellCorners>& cells, const StopPoll& poll) {
-  const size_t count = cells.size();
-  // Excerpts are small and made on all threads at once.
-  const bool shares_out = count >= kCellsAtOnce;
-  std::vector<CellShape> shapes(shares_out ? kCellsAtOnce : 0);
-  for (size_t begin = 0; begin < count; begin += kCellsAtOnce) {
-    poll.Now();
-    const size_t end = std::min(begin + kCellsAtOnce, count);
-    if (shares_out) {
-      oneapi::tbb::parallel_for(begin, end,
-                                [&](size_t i) { shapes[i - begin] = ShapeOf(cells[i]); });
-    }
-    for (size_t i = begin; i < end; ++i) {
-      AppendCell(cells[i], shares_out ? shapes[i - begin] : ShapeOf(cells[i]));
-    }
+void WorkingMesh::AppendOneByOne(const std::vector<CellCorners>& cells, const StopPoll& poll) {
+  for (size_t i = 0; i < cells.size(); ++i) {
+    poll.At(static_cast<int64_t>(i));
+    AppendCell(cells[i], ShapeOf(cells[i]));
   }
-  poll.Now();
 }
 
 int WorkingMesh::AddCell(const CellCorners& corners) {
@@ -257,6 +248,19 @@ void WorkingMesh::NoteOpen(int half_face) {
   const uint64_t bit = uint64_t{1} << cell % 64;
   uint64_t& word = has_open_[cell / 64];
   word = any ? word | bit : word & ~bit;
+}
+
+void WorkingMesh::NoteAllOpen(const StopPoll& poll) {
+  constexpr size_t kWordsAtOnce = 64;
+  oneapi::tbb::parallel_for(
+      oneapi::tbb::blocked_range<size_t>(0, has_open_.size(), kWordsAtOnce),
+      [&](const oneapi::tbb::blocked_range<size_t>& range) {
+        poll.Now();
+        const int end = std::min(cell_slots(), static_cast<int>(64 * range.end()));
+        for (int cell = static_cast<int>(64 * range.begin()); cell < end; ++cell) {
+          NoteOpen(half_faces_[cell][0]);
+        }
+      });
 }
 
 void WorkingMesh::MarkHull(const CellFace& outward_face) {

@@ -120,7 +120,13 @@ class WorkingMesh {
   static CellShape ShapeOf(const CellCorners& corners);
   // Adds a cell without noting which cells have open faces now.
   int AppendCell(const CellCorners& corners, const CellShape& shape);
-  void AppendCells(const std::vector<CellCorners>& cells, const StopPoll& poll);
+  // Adds the first cells, as one after the other would be.
+  void AppendOneByOne(const std::vector<CellCorners>& cells, const StopPoll& poll);
+  // The same on all threads. False, with nothing done, if one of them cannot be added.
+  bool AppendTogether(const std::vector<CellCorners>& cells, const StopPoll& poll);
+  class Together;
+  // Notes of all cells whether they have open faces.
+  void NoteAllOpen(const StopPoll& poll);
   void LinkCell(int cell);
   void UnlinkCell(int cell);
   // Notes whether the living cell behind `half_face`, if any, has open faces now.

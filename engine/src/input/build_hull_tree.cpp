@@ -17,6 +17,9 @@ namespace {
 constexpr int32_t kTrianglesPerTask = 1 << 30;
 constexpr size_t kItemsPerBlock = 2048;
 constexpr size_t kNodesPerBlock = 256;
+// Ranges of more are split by several threads, in blocks of so many.
+constexpr int32_t kTrianglesSplitTogether = 16384;
+constexpr int32_t kTrianglesPerPart = 4096;
 
 // body(i) for every i below count.
 template <class Body>
@@ -93,7 +96,9 @@ class TreeBuilder {
  private:
   struct Range {
     int32_t begin, end;
+    int32_t size() const { return end - begin; }
   };
+  using Bins = std::array<Extent, kHullBinCount>;
   struct Parts {
     Extent left, right;
   };
@@ -139,12 +144,7 @@ class TreeBuilder {
     if (!bins.CanSplit()) return Halves(range);
     const auto axis = static_cast<size_t>(bins.axis);
     const auto bin_of = [&](const Item& item) { return bins.BinAt(item.Centre(axis)); };
-    std::array<Extent, kHullBinCount> filled;
-    for (int32_t i = range.begin; i < range.end; ++i) {
-      poll_.At(i);
-      const Item& item = items_[static_cast<size_t>(i)];
-      filled[static_cast<size_t>(bin_of(item))].Extend(item);
-    }
+    const Bins filled = Filled(range, bin_of);
     const int best_bin = BestBin(range.end - range.begin, [&](int bin) {
       const Extent& of_bin = filled[static_cast<size_t>(bin)];
       return HullBin{of_bin.box.Box(), of_bin.count};
@@ -161,6 +161,43 @@ class TreeBuilder {
     return parts;
   }
 
+  // visit(part, its range) for the parts of a range, side by side where there are many.
+  template <class Visit>
+  static size_t ForParts(const Range& range, const Visit& visit) {
+    if (range.size() <= kTrianglesSplitTogether) {
+      visit(size_t{0}, range);
+      return 1;
+    }
+    const auto count = static_cast<size_t>((range.size() - 1) / kTrianglesPerPart + 1);
+    tbb::parallel_for(size_t{0}, count, [&](size_t part) {
+      const int32_t begin = range.begin + static_cast<int32_t>(part) * kTrianglesPerPart;
+      visit(part, Range{begin, std::min(begin + kTrianglesPerPart, range.end)});
+    });
+    return count;
+  }
+  static size_t MostParts(const Range& range) {
+    return static_cast<size_t>(range.size() / kTrianglesPerPart) + 1;
+  }
+
+  // Boxes and counts do not depend on the order.
+  template <class BinOf>
+  Bins Filled(const Range& range, const BinOf& bin_of) const {
+    std::vector<Bins> of_part(range.size() > kTrianglesSplitTogether ? MostParts(range) : 1);
+    ForParts(range, [&](size_t part, const Range& own) {
+      poll_.Now();
+      for (int32_t i = own.begin; i < own.end; ++i) {
+        const Item& item = items_[static_cast<size_t>(i)];
+        of_part[part][static_cast<size_t>(bin_of(item))].Extend(item);
+      }
+    });
+    for (size_t part = 1; part < of_part.size(); ++part) {
+      for (size_t bin = 0; bin < kHullBinCount; ++bin) {
+        of_part[0][bin].Extend(of_part[part][bin]);
+      }
+    }
+    return of_part[0];
+  }
+
   Parts Halves(const Range& range) const {
     const int32_t half = range.begin + (range.end - range.begin) / 2;
     return {ExtentOf({range.begin, half}), ExtentOf({half, range.end})};
@@ -174,6 +211,7 @@ class TreeBuilder {
   }
   template <class IsLeft>
   void Partition(const Range& range, const IsLeft& is_left) {
+    if (range.size() > kTrianglesSplitTogether) return PartitionTogether(range, is_left);
     auto left = items_.begin() + range.begin;
     const auto moved = moved_.begin() + range.begin;
     auto right = moved;
@@ -187,6 +225,35 @@ class TreeBuilder {
       }
     }
     std::copy(moved, right, left);
+  }
+  template <class IsLeft>
+  void PartitionTogether(const Range& range, const IsLeft& is_left) {
+    struct Place {
+      int32_t left = 0, right = 0;
+    };
+    std::vector<Place> of_part(MostParts(range) + 1);  // how many, then where the first ones go
+    const size_t count = ForParts(range, [&](size_t part, const Range& own) {
+      for (int32_t i = own.begin; i < own.end; ++i) {
+        ++(is_left(items_[static_cast<size_t>(i)]) ? of_part[part].left : of_part[part].right);
+      }
+    });
+    Place next{range.begin, range.begin};
+    for (size_t part = 0; part < count; ++part) next.right += of_part[part].left;
+    for (size_t part = 0; part < count; ++part) {
+      const Place own = std::exchange(of_part[part], next);
+      next.left += own.left, next.right += own.right;
+    }
+    ForParts(range, [&](size_t part, const Range& own) {
+      poll_.Now();
+      Place place = of_part[part];
+      for (int32_t i = own.begin; i < own.end; ++i) {
+        const Item& item = items_[static_cast<size_t>(i)];
+        moved_[static_cast<size_t>(is_left(item) ? place.left++ : place.right++)] = item;
+      }
+    });
+    ForParts(range, [&](size_t, const Range& own) {
+      std::copy(moved_.begin() + own.begin, moved_.begin() + own.end, items_.begin() + own.begin);
+    });
   }
 
   const StopPoll poll_;

@@ -89,18 +89,24 @@ FaceCorners CornersOf(const CellFace& face, const std::vector<Vec3d>& vertices) 
 }
 
 HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll) {
-  std::vector<Vec3d> vertices;
-  std::vector<std::array<int32_t, 3>> triangles;
-  for (const CellFace& face : complex.hull_faces) {
-    const FaceCorners corners = CornersOf(face, complex.vertices);
+  const std::vector<CellFace>& faces = complex.hull_faces;
+  std::vector<size_t> first(faces.size() + 1, 0);  // triangle of each face
+  for (size_t f = 0; f < faces.size(); ++f) {
+    first[f + 1] = first[f] + (faces[f].count == 3 ? 1 : static_cast<size_t>(faces[f].count));
+  }
+  std::vector<Vec3d> vertices(3 * first.back());
+  std::vector<std::array<int32_t, 3>> triangles(first.back());
+  tbb::parallel_for(size_t{0}, faces.size(), [&](size_t f) {
+    const FaceCorners corners = CornersOf(faces[f], complex.vertices);
+    size_t t = first[f];
     VisitTriangles(corners.corner, corners.count,
                    [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-                     const auto first = static_cast<int32_t>(vertices.size());
-                     vertices.insert(vertices.end(), {a, b, c});
-                     triangles.push_back({first, first + 1, first + 2});
+                     const auto vertex = static_cast<int32_t>(3 * t);
+                     vertices[3 * t] = a, vertices[3 * t + 1] = b, vertices[3 * t + 2] = c;
+                     triangles[t++] = {vertex, vertex + 1, vertex + 2};
                    });
-  }
-  return {vertices, triangles, HullQuestions::kAll, poll};
+  });
+  return {vertices, triangles, HullQuestions::kDistances, poll};
 }
 
 void SortWorstFirst(std::vector<Gap>* gaps) {

@@ -1,9 +1,14 @@
 #include "optimize/vertex_neighbourhoods.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <numeric>
 
 namespace amhex {
 namespace {
+
+constexpr size_t kCellsPerTask = 1024;
 
 // `for_each_vertex(item, visit)` calls visit(vertex) for every distinct vertex of an item.
 template <class ForEachVertex>
@@ -58,12 +63,16 @@ void ColourVertices(const CellComplex& complex, const StopPoll& poll,
 
 VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex, const StopPoll& poll) {
   VertexNeighbourhoods result;
-  result.patterns.reserve(complex.cells.size());
-  for (const CellCorners& corners : complex.cells) {
-    poll.At(static_cast<int64_t>(result.patterns.size()));
-    const auto index = FindCellPattern(corners) - AllCellPatterns().data();
-    result.patterns.push_back(static_cast<int16_t>(index));
-  }
+  result.patterns.resize(complex.cells.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerTask),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
+                      for (size_t c = range.begin(); c < range.end(); ++c) {
+                        const CellPattern* pattern = FindCellPattern(complex.cells[c]);
+                        const auto index = pattern - AllCellPatterns().data();
+                        result.patterns[c] = static_cast<int16_t>(index);
+                      }
+                    });
   const int64_t vertex_count = static_cast<int64_t>(complex.vertices.size());
   result.cells = InvertIncidence(
       vertex_count, static_cast<int64_t>(complex.cells.size()), poll, [&](int64_t c, auto visit) {

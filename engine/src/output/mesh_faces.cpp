@@ -1,5 +1,7 @@
 #include "output/mesh_faces.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -16,6 +18,20 @@ struct Keyed {
 
 constexpr int32_t kNoVertex = INT32_MAX;
 
+constexpr size_t kPerBlock = 4096;
+
+size_t BlocksOf(size_t count) { return (count + kPerBlock - 1) / kPerBlock; }
+
+// body(block, i) for every i below count, blocks side by side.
+template <class Body>
+void ForBlocks(size_t count, const StopPoll& poll, const Body& body) {
+  tbb::parallel_for(size_t{0}, BlocksOf(count), [&](size_t block) {
+    poll.Now();
+    const size_t begin = block * kPerBlock;
+    for (size_t i = begin; i < std::min(count, begin + kPerBlock); ++i) body(block, i);
+  });
+}
+
 // Groups records with equal keys next to each other, in linear time: a counting sort by the
 // smallest vertex leaves a handful of records to sort by comparison at each vertex.
 template <size_t kWidth>
@@ -30,13 +46,12 @@ void GroupByKey(int64_t vertex_count, const StopPoll& poll, std::vector<Keyed<kW
     poll.At(&record - records.data());
     grouped[cursor[record.key[0]]++] = record;
   }
-  for (int64_t v = 0; v < vertex_count; ++v) {
-    poll.At(v);
+  ForBlocks(static_cast<size_t>(vertex_count), poll, [&](size_t, size_t v) {
     std::sort(grouped.begin() + begin[v], grouped.begin() + begin[v + 1],
               [](const auto& a, const auto& b) {
                 return a.key != b.key ? a.key < b.key : a.owner < b.owner;
               });
-  }
+  });
   records.swap(grouped);
 }
 
@@ -51,26 +66,34 @@ bool IsReversed(const OutwardFace& a, const OutwardFace& b) {
   return true;
 }
 
+// Of all cells, in their order.
+std::vector<BoundaryFace> AllFaces(const std::vector<CellCorners>& cells, const StopPoll& poll) {
+  std::vector<std::vector<BoundaryFace>> of_block(BlocksOf(cells.size()));
+  ForBlocks(cells.size(), poll, [&](size_t block, size_t c) {
+    for (const OutwardFace& face : OutwardFacesOf(cells[c])) {
+      of_block[block].push_back({face, static_cast<int32_t>(c)});
+    }
+  });
+  std::vector<BoundaryFace> faces;
+  faces.reserve(cells.size() * 6);
+  for (const std::vector<BoundaryFace>& some : of_block) {
+    faces.insert(faces.end(), some.begin(), some.end());
+  }
+  return faces;
+}
+
 }  // namespace
 
 FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_count,
                       const StopPoll& poll) {
-  std::vector<BoundaryFace> faces;
-  faces.reserve(cells.size() * 6);
-  for (size_t c = 0; c < cells.size(); ++c) {
-    poll.At(static_cast<int64_t>(c));
-    for (const OutwardFace& face : OutwardFacesOf(cells[c])) {
-      faces.push_back({face, static_cast<int32_t>(c)});
-    }
-  }
+  const std::vector<BoundaryFace> faces = AllFaces(cells, poll);
   std::vector<Keyed<4>> records(faces.size());
-  for (size_t i = 0; i < faces.size(); ++i) {
-    poll.At(static_cast<int64_t>(i));
+  ForBlocks(faces.size(), poll, [&](size_t, size_t i) {
     records[i].key = faces[i].face.v;
     if (faces[i].face.count == 3) records[i].key[3] = kNoVertex;
     std::sort(records[i].key.begin(), records[i].key.end());
     records[i].owner = static_cast<int32_t>(i);
-  }
+  });
   GroupByKey(vertex_count, poll, records);
 
   poll.Now();

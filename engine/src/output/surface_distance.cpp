@@ -1,7 +1,10 @@
 #include "output/surface_distance.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace amhex {
 namespace {
@@ -25,22 +28,30 @@ Vec3d PointInTriangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, int64_t in
 std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
                                  const std::vector<std::array<int32_t, 3>>& triangles,
                                  double spacing) {
-  const auto area_of = [&](const std::array<int32_t, 3>& t) {
-    return Norm(Cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]])) / 2;
-  };
-  double total_area = 0;
-  for (const auto& t : triangles) total_area += area_of(t);
+  std::vector<double> areas(triangles.size());
+  tbb::parallel_for(size_t{0}, triangles.size(), [&](size_t i) {
+    const auto& t = triangles[i];
+    areas[i] = Norm(Cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]])) / 2;
+  });
+  const double total_area = std::accumulate(areas.begin(), areas.end(), 0.0);
   const double area_per_sample = std::max(spacing * spacing, total_area / kMaxSampleCount);
-  std::vector<Vec3d> samples;
-  if (!(area_per_sample > 0)) return samples;
+  if (!(area_per_sample > 0)) return {};
   // A sample falls due whenever the area passed so far completes another share.
+  std::vector<size_t> first(triangles.size() + 1, 0);  // sample of each triangle
   double due = area_per_sample / 2;
-  for (const auto& t : triangles) {
-    for (due -= area_of(t); due <= 0; due += area_per_sample) {
-      samples.push_back(PointInTriangle(vertices[t[0]], vertices[t[1]], vertices[t[2]],
-                                        static_cast<int64_t>(samples.size())));
-    }
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    size_t count = 0;
+    for (due -= areas[i]; due <= 0; due += area_per_sample) ++count;
+    first[i + 1] = first[i] + count;
   }
+  std::vector<Vec3d> samples(first.back());
+  tbb::parallel_for(size_t{0}, triangles.size(), [&](size_t i) {
+    const auto& t = triangles[i];
+    for (size_t k = first[i]; k < first[i + 1]; ++k) {
+      samples[k] =
+          PointInTriangle(vertices[t[0]], vertices[t[1]], vertices[t[2]], static_cast<int64_t>(k));
+    }
+  });
   return samples;
 }
 
