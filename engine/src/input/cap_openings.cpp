@@ -46,7 +46,8 @@ class LoopFiller {
       : existing_(existing), mesh_(mesh) {}
 
   absl::Status Fill(const std::vector<int32_t>& loop, RunContext& run) {
-    std::vector<std::vector<int32_t>> pending = {loop};
+    std::vector<std::vector<int32_t>> pending;
+    pending.push_back(loop);
     while (!pending.empty()) {
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       const std::vector<int32_t> part = std::move(pending.back());
