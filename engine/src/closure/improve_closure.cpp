@@ -1,13 +1,11 @@
 #include "closure/improve_closure.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <set>
 #include <tuple>
 
 #include "base/status_macros.h"
+#include "closure/cell_qualities.h"
 #include "closure/star_fill.h"
 #include "optimize/cell_quality.h"
 
@@ -28,8 +26,6 @@ constexpr int kJoinDepth = 3;
 // Two stars whose walls are this far from having a common kernel do not become one by growing.
 constexpr double kMinJoinDepth = -0.12;
 constexpr int kMaxJoinRounds = 3;
-// Judged by one thread; excerpts have fewer.
-constexpr int kCellsAtOnce = 1024;
 
 class Improver {
  public:
@@ -45,7 +41,7 @@ class Improver {
   // Worst first.
   void Repair(const RepairEffort& effort) {
     std::vector<std::pair<double, int>> poor;
-    const std::vector<double> qualities = Qualities(effort.only);
+    const std::vector<double> qualities = CellQualities(mesh_, effort.only, StopPoll(run_));
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
       if (qualities[cell] < effort.quality) poor.emplace_back(qualities[cell], cell);
     }
@@ -99,24 +95,6 @@ class Improver {
       const PrimitiveType type = mesh_.type(cell);
       return type == PrimitiveType::kPyramid || type == PrimitiveType::kTetrahedron;
     });
-  }
-
-  // [cell] of the living ones that are meant, which are all where none are named; 1 of the others.
-  std::vector<double> Qualities(const std::vector<int>& only) const {
-    std::vector<double> qualities(mesh_.cell_slots(), 1);
-    const StopPoll poll(run_);
-    oneapi::tbb::parallel_for(
-        oneapi::tbb::blocked_range<int>(0, mesh_.cell_slots(), kCellsAtOnce),
-        [&](const oneapi::tbb::blocked_range<int>& range) {
-          poll.Now();
-          for (int cell = range.begin(); cell < range.end(); ++cell) {
-            const bool is_meant =
-                only.empty() || std::binary_search(only.begin(), only.end(), cell);
-            if (!is_meant || !mesh_.alive(cell)) continue;
-            qualities[cell] = CellQuality(mesh_.corners(cell), mesh_.vertices());
-          }
-        });
-    return qualities;
   }
 
   double WorstQuality(const std::vector<int>& cells) const {

@@ -11,8 +11,8 @@
 
 #include "base/status_macros.h"
 #include "closure/boundary_defects.h"
+#include "closure/cell_qualities.h"
 #include "closure/working_mesh.h"
-#include "optimize/cell_quality.h"
 #include "optimize/place_refill.h"
 
 namespace amhex {
@@ -31,16 +31,15 @@ bool IsPointed(PrimitiveType type) {
 }
 
 // Poor cells with the whole of their stars; those that share a face make one place. Worst first.
-std::vector<Place> FindPlaces(const WorkingMesh& mesh, const CellLists& cells_at) {
-  std::vector<double> quality(mesh.cell_slots(), 1);
+std::vector<Place> FindPlaces(const WorkingMesh& mesh, const CellLists& cells_at,
+                              const StopPoll& poll) {
+  const std::vector<double> quality = CellQualities(mesh, {}, poll);
   std::vector<uint8_t> is_open(mesh.cell_slots(), 0);
   const auto is_apex = [&](int32_t v) {
     return std::all_of(cells_at[v].begin(), cells_at[v].end(),
                        [&](int cell) { return IsPointed(mesh.type(cell)); });
   };
   for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-    if (!mesh.alive(cell)) continue;
-    quality[cell] = CellQuality(mesh.corners(cell), mesh.vertices());
     if (quality[cell] >= kPoor) continue;
     is_open[cell] = 1;
     for (const int32_t v : VerticesOf(mesh.corners(cell))) {
@@ -98,7 +97,7 @@ class Refiller {
     const CellLists cells_at = whole.CellsAtVertices(StopPoll(run_));
     std::vector<PlaceRefill> wave;
     std::vector<uint8_t> is_taken(whole.cell_slots(), 0);
-    for (const Place& place : FindPlaces(whole, cells_at)) {
+    for (const Place& place : FindPlaces(whole, cells_at, StopPoll(run_))) {
       if (openings_left_ <= 0) break;
       PlaceKey key = KeyOf(whole, place);
       if (tried_.contains(key)) continue;
