@@ -261,7 +261,8 @@ class TreeBuilder {
   std::vector<Item> moved_;  // each range's own
 };
 
-// What dipoles ask of a triangle at every level, found once.
+// What dipoles ask of a triangle at every level, found once where it does not take much memory.
+constexpr size_t kMostKept = 1 << 20;
 struct DipoleTerms {
   Vec3d area_normal, weighted;
   double area = 0;
@@ -270,13 +271,11 @@ struct DipoleTerms {
 
 class DipoleBuilder {
  public:
-  DipoleBuilder(const HullArrays& arrays, const StopPoll& poll)
-      : arrays_(arrays), poll_(poll), terms_(arrays.triangles.size()) {
-    ForAll(terms_.size(), kItemsPerBlock, poll, [&](size_t i) {
-      const HullTriangle& t = arrays_.triangles[i];
-      const DipoleSums sums = DipoleSums::Of(&t, &t + 1);
-      terms_[i] = {sums.area_normal, sums.weighted, sums.area, (t.a + t.b + t.c) / 3.0};
-    });
+  DipoleBuilder(const HullArrays& arrays, const StopPoll& poll) : arrays_(arrays), poll_(poll) {
+    if (arrays.triangles.size() > kMostKept) return;
+    std::vector<DipoleTerms> kept(arrays.triangles.size());
+    ForAll(kept.size(), kItemsPerBlock, poll, [&](size_t i) { kept[i] = TermsOf(i); });
+    kept_ = std::move(kept);
   }
 
   HullDipole At(size_t id) const {
@@ -300,11 +299,17 @@ class DipoleBuilder {
       visit(part, std::min(part + kTrianglesPerSum, node.end));
     }
   }
+  DipoleTerms TermsOf(size_t i) const {
+    if (!kept_.empty()) return kept_[i];
+    const HullTriangle& t = arrays_.triangles[i];
+    const DipoleSums sums = DipoleSums::Of(&t, &t + 1);
+    return {sums.area_normal, sums.weighted, sums.area, (t.a + t.b + t.c) / 3.0};
+  }
   // As DipoleSums::Of.
   DipoleSums SumsOf(int32_t begin, int32_t end) const {
     DipoleSums sums;
     for (int32_t i = begin; i < end; ++i) {
-      const DipoleTerms& terms = terms_[static_cast<size_t>(i)];
+      const DipoleTerms terms = TermsOf(static_cast<size_t>(i));
       sums.Add({terms.area_normal, terms.weighted, terms.area});
     }
     return sums;
@@ -314,7 +319,7 @@ class DipoleBuilder {
   DipoleMoments MomentsOf(int32_t begin, int32_t end, const Vec3d& centre) const {
     DipoleMoments m;
     for (int32_t i = begin; i < end; ++i) {
-      const DipoleTerms& terms = terms_[static_cast<size_t>(i)];
+      const DipoleTerms terms = TermsOf(static_cast<size_t>(i));
       m.Add(terms.area_normal, terms.middle - centre);
       m.Reach(arrays_.triangles[static_cast<size_t>(i)], centre);
     }
@@ -323,7 +328,7 @@ class DipoleBuilder {
 
   const HullArrays& arrays_;
   const StopPoll& poll_;
-  std::vector<DipoleTerms> terms_;
+  std::vector<DipoleTerms> kept_;  // of all triangles, or none
 };
 
 std::vector<Item> ItemsOf(const std::vector<Vec3d>& vertices,
@@ -343,6 +348,15 @@ std::vector<Item> ItemsOf(const std::vector<Vec3d>& vertices,
   return items;
 }
 
+void BuildNodes(const std::vector<Vec3d>& vertices,
+                const std::vector<std::array<int32_t, 3>>& triangles, const StopPoll& poll,
+                HullArrays& arrays) {
+  TreeBuilder builder(ItemsOf(vertices, triangles, poll), poll);
+  arrays.nodes = builder.Run();
+  arrays.original.reserve(builder.items().size());
+  for (const Item& item : builder.items()) arrays.original.push_back(item.original);
+}
+
 }  // namespace
 
 void TakeTriangles(const std::vector<Vec3d>& vertices,
@@ -360,11 +374,8 @@ void TakeTriangles(const std::vector<Vec3d>& vertices,
 HullArrays BuildHullTree(const std::vector<Vec3d>& vertices,
                          const std::vector<std::array<int32_t, 3>>& triangles,
                          HullQuestions questions, const StopPoll& poll) {
-  TreeBuilder builder(ItemsOf(vertices, triangles, poll), poll);
   HullArrays arrays;
-  arrays.nodes = builder.Run();
-  arrays.original.reserve(builder.items().size());
-  for (const Item& item : builder.items()) arrays.original.push_back(item.original);
+  BuildNodes(vertices, triangles, poll, arrays);
   TakeTriangles(vertices, triangles, &arrays);
   if (questions == HullQuestions::kDistances) return arrays;
   const DipoleBuilder dipoles(arrays, poll);
