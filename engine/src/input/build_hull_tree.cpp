@@ -168,7 +168,7 @@ class TreeBuilder {
       visit(size_t{0}, range);
       return 1;
     }
-    const auto count = static_cast<size_t>((range.size() - 1) / kTrianglesPerPart + 1);
+    const auto count = static_cast<size_t>((range.size() - 1) / kTrianglesPerPart) + 1;
     tbb::parallel_for(size_t{0}, count, [&](size_t part) {
       const int32_t begin = range.begin + static_cast<int32_t>(part) * kTrianglesPerPart;
       visit(part, Range{begin, std::min(begin + kTrianglesPerPart, range.end)});
