@@ -1,7 +1,5 @@
 #include "closure/boundary_defects.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "absl/container/inlined_vector.h"
+#include "base/loop_polling.h"
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
 
@@ -30,20 +29,6 @@ constexpr double kLeastBisector = 0.05;
 constexpr size_t kFacesPerBlock = 512;
 constexpr size_t kCellsPerBlock = 4096;
 
-// What find(i, found) adds for every i below count, in that order.
-template <class T, class Find>
-std::vector<T> FindAll(size_t count, size_t per_block, const StopPoll& poll, const Find& find) {
-  std::vector<std::vector<T>> of_block((count + per_block - 1) / per_block);
-  tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
-    poll.Now();
-    const size_t begin = block * per_block;
-    for (size_t i = begin; i < std::min(count, begin + per_block); ++i) find(i, of_block[block]);
-  });
-  std::vector<T> all;
-  for (const std::vector<T>& found : of_block) all.insert(all.end(), found.begin(), found.end());
-  return all;
-}
-
 std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh, const StopPoll& poll) {
   const auto find = [&](size_t slot, std::vector<CellFace>& faces) {
     const int cell = static_cast<int>(slot);
@@ -58,7 +43,8 @@ std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh, const StopPoll& pol
       if (is_hull(halves[i])) faces.push_back(own.face[i]);
     }
   };
-  return FindAll<CellFace>(static_cast<size_t>(mesh.cell_slots()), kCellsPerBlock, poll, find);
+  return FindAllPolling<CellFace>(static_cast<size_t>(mesh.cell_slots()), kCellsPerBlock, poll,
+                                  find);
 }
 
 // Which of the faces are at each vertex that has any.
@@ -155,11 +141,11 @@ class DefectFinder {
   // Where the boundary is no surface.
   Vertices FindUnsound() const {
     const Vertices& vertices = faces_at_.vertices();
-    return FindAll<int32_t>(vertices.size(), kFacesPerBlock, poll_,
-                            [&](size_t i, Vertices& defects) {
-                              if (!IsOneSheet(vertices[i])) defects.push_back(vertices[i]);
-                              FindHangingFaces(faces_at_[vertices[i]], defects);
-                            });
+    return FindAllPolling<int32_t>(vertices.size(), kFacesPerBlock, poll_,
+                                   [&](size_t i, Vertices& defects) {
+                                     if (!IsOneSheet(vertices[i])) defects.push_back(vertices[i]);
+                                     FindHangingFaces(faces_at_[vertices[i]], defects);
+                                   });
   }
 
   // Whether every edge at the vertex has two faces and these are connected through edges.
@@ -200,11 +186,12 @@ class DefectFinder {
   }
 
   Vertices FindFarFaces() const {
-    return FindAll<int32_t>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, Vertices& defects) {
-      const Vec3d centre = FaceCentroid(faces_[f], x_);
-      const HullPoint nearest = hull_.queries->Closest(centre, kMaxBoundaryDistance);
-      if (nearest.triangle < 0) AddFace(faces_[f], defects);
-    });
+    return FindAllPolling<int32_t>(
+        faces_.size(), kFacesPerBlock, poll_, [&](size_t f, Vertices& defects) {
+          const Vec3d centre = FaceCentroid(faces_[f], x_);
+          const HullPoint nearest = hull_.queries->Closest(centre, kMaxBoundaryDistance);
+          if (nearest.triangle < 0) AddFace(faces_[f], defects);
+        });
   }
 
   // Something of the boundary with a place just outside of it.
@@ -219,7 +206,7 @@ class DefectFinder {
     if (boundary.triangles.empty()) return {};
     const HullQueries queries(boundary.vertices, boundary.triangles, poll_);
     const std::vector<Probe> probes =
-        FindAll<Probe>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, auto& found) {
+        FindAllPolling<Probe>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, auto& found) {
           found.push_back(ProbeOf(faces_[f]));
           AddEdgeProbes(static_cast<int>(f), found);
         });

@@ -1,13 +1,11 @@
 // Making a large mesh on all threads: the same as adding its cells one after the other, whose faces
 // have numbers in the order in which they come first.
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <numeric>
 #include <utility>
 
+#include "base/loop_polling.h"
 #include "closure/working_mesh.h"
 
 namespace amhex {
@@ -40,7 +38,7 @@ class WorkingMesh::Together {
       }
     });
     mesh.half_faces_.resize(types_.size());
-    ForAll(types_.size(), [&](size_t c) {
+    ForAllPolling(types_.size(), kAtOnce, poll_, [&](size_t c) {
       HalfFaces& halves = mesh.half_faces_[c];
       halves.fill(-1);
       for (size_t k = 0; k < kFacesOfCell; ++k) {
@@ -70,25 +68,17 @@ class WorkingMesh::Together {
     }
   };
 
-  template <class Body>
-  void ForAll(size_t count, const Body& body) const {
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<size_t>(0, count, kAtOnce),
-                              [&](const oneapi::tbb::blocked_range<size_t>& range) {
-                                poll_.Now();
-                                for (size_t i = range.begin(); i < range.end(); ++i) body(i);
-                              });
-  }
   // visit(vertex, first place, end of the places) of the faces whose smallest vertex it is.
   template <class Visit>
   void ForVertices(const Visit& visit) const {
-    ForAll(begin_.size() - 1, [&](size_t v) {
+    ForAllPolling(begin_.size() - 1, kAtOnce, poll_, [&](size_t v) {
       visit(v, at_vertex_.data() + begin_[v], at_vertex_.data() + begin_[v + 1]);
     });
   }
   void NoteUnlawful() { is_lawful_.store(false, std::memory_order_relaxed); }
 
   void FindFaces(const std::vector<CellCorners>& cells) {
-    ForAll(cells.size(), [&](size_t c) {
+    ForAllPolling(cells.size(), kAtOnce, poll_, [&](size_t c) {
       const CellShape shape = ShapeOf(cells[c]);
       if (!shape.type) return NoteUnlawful();
       types_[c] = *shape.type;

@@ -1,12 +1,12 @@
 #include "input/build_hull_tree.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "base/loop_polling.h"
 #include "input/hull_split.h"
 #include "input/triangle_math.h"
 
@@ -20,16 +20,6 @@ constexpr size_t kNodesPerBlock = 256;
 // Ranges of more are split by several threads, in blocks of so many.
 constexpr int32_t kTrianglesSplitTogether = 16384;
 constexpr int32_t kTrianglesPerPart = 4096;
-
-// body(i) for every i below count.
-template <class Body>
-void ForAll(size_t count, size_t per_block, const StopPoll& poll, const Body& body) {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, per_block),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      poll.Now();
-                      for (size_t i = range.begin(); i < range.end(); ++i) body(i);
-                    });
-}
 
 HullTriangle TriangleAt(const std::vector<Vec3d>& vertices, const std::array<int32_t, 3>& t) {
   return {vertices[static_cast<size_t>(t[0])], vertices[static_cast<size_t>(t[1])],
@@ -274,7 +264,7 @@ class DipoleBuilder {
   DipoleBuilder(const HullArrays& arrays, const StopPoll& poll) : arrays_(arrays), poll_(poll) {
     if (arrays.triangles.size() > kMostKept) return;
     std::vector<DipoleTerms> kept(arrays.triangles.size());
-    ForAll(kept.size(), kItemsPerBlock, poll, [&](size_t i) { kept[i] = TermsOf(i); });
+    ForAllPolling(kept.size(), kItemsPerBlock, poll, [&](size_t i) { kept[i] = TermsOf(i); });
     kept_ = std::move(kept);
   }
 
@@ -335,7 +325,7 @@ std::vector<Item> ItemsOf(const std::vector<Vec3d>& vertices,
                           const std::vector<std::array<int32_t, 3>>& triangles,
                           const StopPoll& poll) {
   std::vector<Item> items(triangles.size());
-  ForAll(triangles.size(), kItemsPerBlock, poll, [&](size_t i) {
+  ForAllPolling(triangles.size(), kItemsPerBlock, poll, [&](size_t i) {
     const HullTriangle t = TriangleAt(vertices, triangles[i]);
     if (IsDegenerate(t.a, t.b, t.c)) {
       items[i].original = -1;
@@ -363,7 +353,7 @@ void TakeTriangles(const std::vector<Vec3d>& vertices,
                    const std::vector<std::array<int32_t, 3>>& triangles, HullArrays* arrays) {
   const size_t count = arrays->original.size();
   arrays->triangles.resize(count), arrays->normals.resize(count);
-  ForAll(count, kItemsPerBlock, {}, [&](size_t i) {
+  ForAllPolling(count, kItemsPerBlock, {}, [&](size_t i) {
     const HullTriangle t =
         TriangleAt(vertices, triangles[static_cast<size_t>(arrays->original[i])]);
     arrays->triangles[i] = t;
@@ -380,8 +370,8 @@ HullArrays BuildHullTree(const std::vector<Vec3d>& vertices,
   if (questions == HullQuestions::kDistances) return arrays;
   const DipoleBuilder dipoles(arrays, poll);
   arrays.dipoles.resize(arrays.nodes.size());
-  ForAll(arrays.nodes.size(), kNodesPerBlock, poll,
-         [&](size_t node) { arrays.dipoles[node] = dipoles.At(node); });
+  ForAllPolling(arrays.nodes.size(), kNodesPerBlock, poll,
+                [&](size_t node) { arrays.dipoles[node] = dipoles.At(node); });
   return arrays;
 }
 

@@ -1,12 +1,10 @@
 #include "optimize/vertex_constraints.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <tuple>
 #include <vector>
 
+#include "base/loop_polling.h"
 #include "input/sharp_features.h"
 
 namespace amhex {
@@ -32,18 +30,8 @@ constexpr double kBluntReach = 0.3;
 
 using PatchList = std::vector<int32_t>;
 
-// Calls body(i) for every i below `count`, from several threads; what it writes is its own.
-template <class Body>
-void ForBlocks(size_t count, const StopPoll& poll, const Body& body) {
-  constexpr size_t kPerPoll = 256;
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kPerPoll),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      for (size_t i = range.begin(); i < range.end(); ++i) {
-                        if ((i - range.begin()) % kPerPoll == 0) poll.Now();
-                        body(i);
-                      }
-                    });
-}
+// Faces and vertices for one thread at a time.
+constexpr size_t kConstrainedAtOnce = 256;
 
 Vec3d FaceNormal(const CellFace& face, const std::vector<Vec3d>& vertices) {
   const Vec3d &a = vertices[face.v[0]], &b = vertices[face.v[1]], &c = vertices[face.v[2]];
@@ -218,7 +206,7 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
   result.face_normal.resize(face_count);
   std::vector<Vec3d> own_normals(face_count);
   std::vector<uint8_t> is_blunt(face_count);
-  ForBlocks(face_count, poll, [&](size_t f) {
+  ForAllPolling(face_count, kConstrainedAtOnce, poll, [&](size_t f) {
     own_normals[f] = FaceNormal(complex.hull_faces[f], complex.vertices);
     is_blunt[f] = LocateFace(complex.hull_faces[f], complex.vertices, features,
                              result.face_patch[f], result.face_normal[f]);
@@ -230,7 +218,7 @@ VertexConstraints AssignConstraints(const CellComplex& complex,
     if (neighbourhoods.hull_faces[static_cast<int64_t>(v)].size() == 0) continue;
     hull_vertices.push_back(static_cast<int32_t>(v));
   }
-  ForBlocks(hull_vertices.size(), poll, [&](size_t i) {
+  ForAllPolling(hull_vertices.size(), kConstrainedAtOnce, poll, [&](size_t i) {
     const int32_t v = hull_vertices[i];
     patches_of[v] = PatchesAt(v, neighbourhoods, result.face_patch, is_blunt);
     const PatchList& patches = patches_of[v].patches;

@@ -1,9 +1,8 @@
 #include "optimize/vertex_neighbourhoods.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <numeric>
+
+#include "base/loop_polling.h"
 
 namespace amhex {
 namespace {
@@ -64,15 +63,10 @@ void ColourVertices(const CellComplex& complex, const StopPoll& poll,
 VertexNeighbourhoods FindNeighbourhoods(const CellComplex& complex, const StopPoll& poll) {
   VertexNeighbourhoods result;
   result.patterns.resize(complex.cells.size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, complex.cells.size(), kCellsPerTask),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      poll.Now();
-                      for (size_t c = range.begin(); c < range.end(); ++c) {
-                        const CellPattern* pattern = FindCellPattern(complex.cells[c]);
-                        const auto index = pattern - AllCellPatterns().data();
-                        result.patterns[c] = static_cast<int16_t>(index);
-                      }
-                    });
+  ForAllPolling(complex.cells.size(), kCellsPerTask, poll, [&](size_t c) {
+    const auto index = FindCellPattern(complex.cells[c]) - AllCellPatterns().data();
+    result.patterns[c] = static_cast<int16_t>(index);
+  });
   const int64_t vertex_count = static_cast<int64_t>(complex.vertices.size());
   result.cells = InvertIncidence(
       vertex_count, static_cast<int64_t>(complex.cells.size()), poll, [&](int64_t c, auto visit) {

@@ -1,10 +1,10 @@
 #include "output/mesh_faces.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
+
+#include "base/loop_polling.h"
 
 namespace amhex {
 namespace {
@@ -20,18 +20,6 @@ constexpr int32_t kNoVertex = INT32_MAX;
 
 constexpr size_t kPerBlock = 4096;
 
-size_t BlocksOf(size_t count) { return (count + kPerBlock - 1) / kPerBlock; }
-
-// body(block, i) for every i below count, blocks side by side.
-template <class Body>
-void ForBlocks(size_t count, const StopPoll& poll, const Body& body) {
-  tbb::parallel_for(size_t{0}, BlocksOf(count), [&](size_t block) {
-    poll.Now();
-    const size_t begin = block * kPerBlock;
-    for (size_t i = begin; i < std::min(count, begin + kPerBlock); ++i) body(block, i);
-  });
-}
-
 // Groups records with equal keys next to each other, in linear time: a counting sort by the
 // smallest vertex leaves a handful of records to sort by comparison at each vertex.
 template <size_t kWidth>
@@ -46,7 +34,7 @@ void GroupByKey(int64_t vertex_count, const StopPoll& poll, std::vector<Keyed<kW
     poll.At(&record - records.data());
     grouped[cursor[record.key[0]]++] = record;
   }
-  ForBlocks(static_cast<size_t>(vertex_count), poll, [&](size_t, size_t v) {
+  ForAllPolling(static_cast<size_t>(vertex_count), kPerBlock, poll, [&](size_t v) {
     std::sort(grouped.begin() + begin[v], grouped.begin() + begin[v + 1],
               [](const auto& a, const auto& b) {
                 return a.key != b.key ? a.key < b.key : a.owner < b.owner;
@@ -68,18 +56,12 @@ bool IsReversed(const OutwardFace& a, const OutwardFace& b) {
 
 // Of all cells, in their order.
 std::vector<BoundaryFace> AllFaces(const std::vector<CellCorners>& cells, const StopPoll& poll) {
-  std::vector<std::vector<BoundaryFace>> of_block(BlocksOf(cells.size()));
-  ForBlocks(cells.size(), poll, [&](size_t block, size_t c) {
+  const auto find = [&](size_t c, std::vector<BoundaryFace>& faces) {
     for (const OutwardFace& face : OutwardFacesOf(cells[c])) {
-      of_block[block].push_back({face, static_cast<int32_t>(c)});
+      faces.push_back({face, static_cast<int32_t>(c)});
     }
-  });
-  std::vector<BoundaryFace> faces;
-  faces.reserve(cells.size() * 6);
-  for (const std::vector<BoundaryFace>& some : of_block) {
-    faces.insert(faces.end(), some.begin(), some.end());
-  }
-  return faces;
+  };
+  return FindAllPolling<BoundaryFace>(cells.size(), kPerBlock, poll, find);
 }
 
 }  // namespace
@@ -88,7 +70,7 @@ FaceCensus CountFaces(const std::vector<CellCorners>& cells, int64_t vertex_coun
                       const StopPoll& poll) {
   const std::vector<BoundaryFace> faces = AllFaces(cells, poll);
   std::vector<Keyed<4>> records(faces.size());
-  ForBlocks(faces.size(), poll, [&](size_t, size_t i) {
+  ForAllPolling(faces.size(), kPerBlock, poll, [&](size_t i) {
     records[i].key = faces[i].face.v;
     if (faces[i].face.count == 3) records[i].key[3] = kNoVertex;
     std::sort(records[i].key.begin(), records[i].key.end());
