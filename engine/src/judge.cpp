@@ -9,10 +9,32 @@
 #include "output/validate.h"
 
 namespace amhex {
+namespace {
+
+// Where the boundary is another surface than the input, apart from its shape.
+void WarnOfTopology(const Hull& hull, MeshingResult& result) {
+  if (!hull.is_given || hull.genus < 0) return;
+  const MeshStatistics& statistics = result.statistics;
+  if (statistics.genus != hull.genus) {
+    result.warnings.push_back(absl::StrCat("the mesh has ", statistics.genus,
+                                           " handles or tunnels, the input ", hull.genus,
+                                           ": smaller cells may keep to it"));
+  }
+  if (statistics.boundary_component_count != hull.component_count) {
+    result.warnings.push_back(absl::StrCat("the mesh has ", statistics.boundary_component_count,
+                                           " separate boundaries, the input ", hull.component_count,
+                                           ": smaller cells may keep to it"));
+  }
+}
+
+}  // namespace
 
 absl::StatusOr<MeshingResult> Judge(AtMostHexaMesh mesh, const Hull& hull, const StopPoll& poll,
                                     DeviceUse* device) {
-  return JudgeReassembled(std::move(mesh), hull, OverlapReport(), poll, device);
+  absl::StatusOr<MeshingResult> result =
+      JudgeReassembled(std::move(mesh), hull, OverlapReport(), poll, device);
+  if (result.ok()) WarnOfTopology(hull, *result);
+  return result;
 }
 
 absl::StatusOr<MeshingResult> JudgeReassembled(AtMostHexaMesh mesh, const Hull& hull,

@@ -156,7 +156,7 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
     next->loss = {};
     if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
     const bool is_good =
-        next->loss.lost == 0 &&
+        next->loss.lost == 0 && next->loss.handles == 0 &&
         SummarizeQuality(next->complex, StopPoll(run)).minimum >= with.params.assembly.min_quality;
     best.Update(*std::move(next));
     if (is_good) break;

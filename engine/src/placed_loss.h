@@ -18,8 +18,9 @@ struct PlacedLoss {
   // Faults:
   double minimum = 0;
   double distance = 0;
-  double lost = 0;  // of a part that no cell reaches into, or of one too many
-  double faults() const { return minimum + distance + lost; }
+  double lost = 0;     // of a part that no cell reaches into, or of one too many
+  double handles = 0;  // of handles and parts that the input does not have
+  double faults() const { return minimum + distance + lost + handles; }
   double total() const { return cells + faults(); }
 };
 

@@ -29,15 +29,16 @@ absl::StatusOr<MeshingResult> MeshWithEdgesOfOne(const InputHull& solid) {
   return Mesh(solid, params, run);
 }
 
-// Turned about two axes, so that no side lies along the grid of any field.
 TriangleMesh Turned(TriangleMesh mesh) {
-  const auto turn = [](double* a, double* b, double angle) {
-    const double x = *a, y = *b;
-    *a = std::cos(angle) * x - std::sin(angle) * y;
-    *b = std::sin(angle) * x + std::cos(angle) * y;
-  };
-  for (Vec3d& p : mesh.vertices) turn(&p.x, &p.z, 0.5), turn(&p.y, &p.z, 0.3);
-  return mesh;
+  return fixtures::Turned(std::move(mesh), {2, -3, 1}, 0.6);
+}
+
+// Beside a cube of 7 x 7 x 7, whose sides the grids of all fields follow: they do not follow the
+// other body's.
+constexpr int64_t kCubeCells = 343;
+TriangleMesh BesideCube(const TriangleMesh& mesh) {
+  return fixtures::Joined(mesh,
+                          fixtures::Translated(fixtures::MakeBox({7, 7, 7}, 0.5), {20, 0, 0}));
 }
 
 // A block 4 x 6 x 4 with a fin 4 x 6 x `thickness` at its foot.
@@ -75,6 +76,20 @@ TEST(ThinParts, APlateKeepsOneLayerOfHexahedra) {
       EXPECT_NEAR(TotalVolume(result->mesh), 56 * thickness, 0.01);
       EXPECT_THAT(result->warnings, IsEmpty());
     }
+  }
+}
+
+TEST(ThinParts, APlateAcrossTheGridKeepsOneLayerOfHexahedra) {
+  for (const double thickness : {1.0, 0.9, 0.7, 0.55}) {
+    SCOPED_TRACE(thickness);
+    const auto result =
+        MeshWithEdgesOfOne(BesideCube(Turned(fixtures::MakeBox({8, 7, thickness}, 0.5))));
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    EXPECT_EQ(result->statistics.cells_by_type[8], 56 + kCubeCells);
+    EXPECT_EQ(result->statistics.cell_count, 56 + kCubeCells);
+    EXPECT_NEAR(TotalVolume(result->mesh), 56 * thickness + kCubeCells, 0.01);
+    EXPECT_THAT(result->warnings, IsEmpty());
   }
 }
 

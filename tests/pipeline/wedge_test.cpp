@@ -18,13 +18,7 @@ using ::testing::IsEmpty;
 
 // Turned by `degrees` about (1, 2, 3).
 TriangleMesh Turned(TriangleMesh mesh, double degrees) {
-  const Vec3d axis = Normalized(Vec3d{1, 2, 3});
-  const double angle = degrees * std::numbers::pi / 180;
-  for (Vec3d& p : mesh.vertices) {
-    p = p * std::cos(angle) + Cross(axis, p) * std::sin(angle) +
-        axis * (Dot(axis, p) * (1 - std::cos(angle)));
-  }
-  return mesh;
+  return fixtures::Turned(std::move(mesh), {1, 2, 3}, degrees * std::numbers::pi / 180);
 }
 
 // The wedge's angle, and how far it is turned.

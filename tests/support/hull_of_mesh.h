@@ -34,6 +34,7 @@ inline Hull HullOfMesh(const TriangleMesh& mesh, double sharp_degrees = 35.0) {
     left_of[{a, b}] = left_of[{b, c}] = left_of[{c, a}] = id;
   }
   for (const Vec3d& p : mesh.vertices) hull.box.Extend(p);
+  hull.input_diagonal = hull.box.Diagonal();
 
   hull.patch.assign(mesh.triangles.size(), -1);
   const double smooth = std::cos(sharp_degrees * std::numbers::pi / 180);

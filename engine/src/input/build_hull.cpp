@@ -22,6 +22,7 @@
 #include "input/sharp_features.h"
 #include "input/surface_topology.h"
 #include "input/triangle_math.h"
+#include "input/upright_axes.h"
 #include "reassembly/break_down.h"
 
 namespace amhex {
@@ -29,6 +30,9 @@ namespace {
 
 // Of the cube of the box diagonal: a plate one millionth as thick as it is long holds more.
 constexpr double kSmallestVolumeRatio = 1e-9;
+// Flat parts across the axes of the background grid leave more singularities of its fields. Worth a
+// turn from such a share of the area on; nothing else is turned, as every lattice has its luck.
+constexpr double kWorthTurning = 0.1;
 // Of the edge length: a volume is counted to three times this share before there is a surface.
 constexpr double kSameSizeRatio = 0.02;
 // Share of this stage's time that a closed surface takes.
@@ -155,6 +159,14 @@ std::vector<Vec3d> FarOutside(const HullAsker& solid, const std::vector<Vec3d>& 
   return outside;
 }
 
+// The user's where a start lays its grid of sites along those, or too little is flat.
+AxisFrame AxesFor(const TriangleMesh& solid, const MeshingParams& params, const StopPoll& poll) {
+  if (params.relaxation.initialization != Initialization::kField) return {};
+  const UprightAxes upright = FindUprightAxes(solid, poll);
+  const bool is_worth_it = upright.share_along - upright.share_along_world > kWorthTurning;
+  return is_worth_it ? upright.axes : AxisFrame{};
+}
+
 struct SizedSolid {
   ClosedSurface closed;
   double volume = 0;            // of its frame
@@ -184,15 +196,23 @@ absl::StatusOr<SizedSolid> SizeSolid(const InputHull& input, const Frame& unit,
   return result;
 }
 
-// `device` may be null.
+// The points of the hull's frame, of those of the unit frame.
+void BringInto(const Frame& frame, double edge_length, std::vector<Vec3d>& points) {
+  for (Vec3d& p : points) p = frame.DirectionToNormalized(p) / edge_length;
+}
+
+// `unit` with the axes that the hull is to have; `device` may be null.
 Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
               const StopPoll& poll, DeviceUse* device) {
   TriangleMesh& solid = sized.closed.mesh;
   const double h = sized.user_edge_length / unit.scale;
   Hull hull;
-  hull.frame = {unit.origin, sized.user_edge_length};
+  hull.frame = {unit.origin, sized.user_edge_length, unit.axes};
   hull.vertices = std::move(solid.vertices);
-  for (Vec3d& p : hull.vertices) p /= h;
+  Box3d box;
+  for (const Vec3d& p : hull.vertices) box.Extend(p / h);
+  hull.input_diagonal = box.Diagonal();
+  BringInto(unit, h, hull.vertices);
   hull.triangles = std::move(solid.triangles);
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
   hull.volume = sized.volume / (h * h * h);
@@ -204,15 +224,16 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
   const EdgeAdjacency adjacency = FindEdgeAdjacency(topology, poll);
   const Components components = FindComponents(adjacency, poll);
   hull.component_count = components.count;
+  hull.is_given = sized.closed.user_edge_length == 0;
   hull.genus = adjacency.IsClosedManifold() ? GenusOf(topology, adjacency, components) : -1;
   poll.Now();
   ComputeNormals(adjacency, hull);
   poll.Now();
   FindSharpFeatures(params.input.sharp_angle_degrees, adjacency, asker, hull);
   hull.input_points = std::move(sized.closed.input_points);
-  for (Vec3d& p : hull.input_points) p /= h;
+  BringInto(unit, h, hull.input_points);
   // What bounds no volume and what was too thin to be rebuilt: no part of the hull, but missed.
-  for (Vec3d& p : sized.closed.given_points) p /= h;
+  BringInto(unit, h, sized.closed.given_points);
   const std::vector<Vec3d> lost = FarOutside(asker, sized.closed.given_points);
   hull.input_points.insert(hull.input_points.end(), lost.begin(), lost.end());
   if (device != nullptr) hull.device_notes = device->notes();
@@ -222,7 +243,7 @@ Hull MakeHull(SizedSolid sized, const Frame& unit, const MeshingParams& params,
 // Of a mesh's triangles or a cloud without strays.
 absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingParams& params,
                                         RunContext& run) {
-  const Frame unit = UnitFrame(BoxOf(input));
+  Frame unit = UnitFrame(BoxOf(input));
   if (!(unit.scale > 0)) {
     return absl::InvalidArgumentError("the input's triangles are all at one point");
   }
@@ -253,6 +274,7 @@ absl::StatusOr<Hull> BuildHullOfSurface(const InputHull& input, const MeshingPar
         "triangles that reach across cells far wider than they are, joined with neighbours: ",
         joined));
   }
+  unit.axes = AxesFor(sized.closed.mesh, params, StopPoll(run));
   return MakeHull(std::move(sized), unit, params, StopPoll(run), &device);
 }
 

@@ -62,12 +62,12 @@ void ApplyGuidance(const Guidance& guidance, Hull* hull) {
   hull->guidance = guidance;
   for (GuideSample& sample : hull->guidance.samples) {
     sample.position = hull->frame.ToNormalized(sample.position);
-    sample.axis = Normalized(sample.axis);
-    sample.second_axis = Normalized(sample.second_axis);
+    sample.axis = Normalized(hull->frame.DirectionToNormalized(sample.axis));
+    sample.second_axis = Normalized(hull->frame.DirectionToNormalized(sample.second_axis));
   }
   for (GuidePlane& plane : hull->guidance.planes) {
     plane.point = hull->frame.ToNormalized(plane.point);
-    plane.normal = Normalized(plane.normal);
+    plane.normal = Normalized(hull->frame.DirectionToNormalized(plane.normal));
   }
   const std::vector<GuideSample>& samples = hull->guidance.samples;
   std::vector<uint8_t> is_outside(samples.size(), 0);

@@ -1,7 +1,8 @@
 // The surface that bounds the mesh, as every stage after the input sees it.
 //
-// Normalised frame: translated and scaled so that the wanted edge length e is 1. Tolerances are
-// pure numbers from here on; the frame is undone once, at output.
+// Normalised frame: translated and scaled so that the wanted edge length e is 1, and turned so that
+// flat parts look along the axes (upright_axes.h). Tolerances are pure numbers from here on; the
+// frame is undone once, at output.
 #pragma once
 
 #include <array>
@@ -12,15 +13,22 @@
 
 #include "amhex/input_hull.h"
 #include "amhex/vec3.h"
+#include "base/axis_frame.h"
 
 namespace amhex {
 
-// user = origin + normalised * scale
+// user = origin + normalised along the axes * scale
 struct Frame {
   Vec3d origin;
   double scale = 1.0;
-  Vec3d ToUser(const Vec3d& p) const { return origin + p * scale; }
-  Vec3d ToNormalized(const Vec3d& p) const { return (p - origin) / scale; }
+  AxisFrame axes = {};  // where those of the normalised frame point in the user's
+  Vec3d ToUser(const Vec3d& p) const {
+    return origin + (axes.axis[0] * p.x + axes.axis[1] * p.y + axes.axis[2] * p.z) * scale;
+  }
+  Vec3d ToNormalized(const Vec3d& p) const { return DirectionToNormalized(p - origin) / scale; }
+  Vec3d DirectionToNormalized(const Vec3d& v) const {
+    return {Dot(axes.axis[0], v), Dot(axes.axis[1], v), Dot(axes.axis[2], v)};
+  }
 };
 
 // A hull edge whose dihedral angle exceeds the sharp angle.
@@ -50,9 +58,11 @@ struct Hull {
   std::vector<uint8_t> sharp_degree;  // [vertex_count] sharp edges that meet there
   std::vector<int32_t> patch;         // [triangle_count] smooth patch between sharp edges
   Box3d box;
-  double volume = 0;  // edge lengths cubed
-  int64_t genus = 0;  // summed over components; -1 if not manifold
+  double input_diagonal = 0;  // of the box along the user's axes, edge lengths
+  double volume = 0;          // edge lengths cubed
+  int64_t genus = 0;          // summed over components; -1 if not manifold
   int64_t component_count = 0;
+  bool is_given = false;  // of the user's triangles, not rebuilt: handles and parts are meant
   Frame frame;
   std::shared_ptr<const HullQueries> queries;  // shared: hulls are immutable once built
   // The input's own points (cloud) or vertices, normalised: distance is measured against these.

@@ -118,7 +118,7 @@ void SortWorstFirst(std::vector<Gap>* gaps) {
 
 DeviationLimits LimitsFor(const Hull& hull) {
   DeviationLimits limits;
-  limits.limit = std::max(kShareOfDiagonal * hull.box.Diagonal(), kShareOfEdge);
+  limits.limit = std::max(kShareOfDiagonal * hull.input_diagonal, kShareOfEdge);
   limits.free = kFreeShare * limits.limit;
   limits.mended = limits.limit;
   return limits;

@@ -83,7 +83,7 @@ std::vector<Vec3d> InputSamples(const Hull& hull) {
 // `boundary` in the hull's normalised frame.
 void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const StopPoll& poll,
                       DeviceUse* device, MeshStatistics& statistics) {
-  const double diagonal = hull.box.Diagonal();
+  const double diagonal = hull.input_diagonal;
   if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
   std::vector<Vec3d> mesh_samples =
       SampleSurface(boundary.vertices, boundary.triangles, kSurfaceSpacing);

@@ -7,17 +7,13 @@
 #include <vector>
 
 #include "amhex/vec3.h"
+#include "base/axis_frame.h"
 
 namespace amhex {
 
 // Unit quaternion w + xi + yj + zk.
 struct Quaternion {
   double w = 1, x = 0, y = 0, z = 0;
-};
-
-// Columns are the site's axes: axis[0] x, axis[1] y, axis[2] z.
-struct AxisFrame {
-  std::array<Vec3d, 3> axis{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
 };
 
 // Directions -x +x -y +y -z +z of a site's own axes are numbered 0..5; the cube face that looks

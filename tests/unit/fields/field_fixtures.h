@@ -24,6 +24,7 @@ inline Hull HullOf(TriangleMesh mesh) {
   hull.vertices = std::move(mesh.vertices);
   hull.triangles = std::move(mesh.triangles);
   for (const Vec3d& p : hull.vertices) hull.box.Extend(p);
+  hull.input_diagonal = hull.box.Diagonal();
   for (const auto& t : hull.triangles) {
     const Vec3d &a = hull.vertices[t[0]], &b = hull.vertices[t[1]], &c = hull.vertices[t[2]];
     hull.triangle_normals.push_back(Normalized(Cross(b - a, c - a)));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "closure/working_mesh.h"
 #include "cuda/device_use.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
@@ -35,6 +36,35 @@ TEST(PlacedLoss, NothingIsLostThatOnlyNoiseReaches) {
   hull.input_points.push_back({4, 1.5, 6});
   EXPECT_EQ(LossOfGrid(8, hull).lost, 0);
   EXPECT_EQ(LossOfGrid(6, hull).lost, 0);
+}
+
+// Of a block of 5 x 5 x 3, without the cells along its middle.
+CellComplex BlockWithTunnel() {
+  WorkingMesh mesh(GridComplex({5, 5, 3}));
+  for (int layer = 0; layer < 3; ++layer) mesh.RemoveCell(12 + 25 * layer);
+  return mesh.ToComplex();
+}
+
+PlacedLoss LossOfTunnel(bool is_given, int64_t genus) {
+  Hull hull = GridHull({5, 5, 3}, 1.0);
+  hull.is_given = is_given;
+  hull.genus = genus;
+  hull.component_count = 1;
+  const HullFeatures features(hull, StopPoll());
+  const MeshingParams params;
+  return LossOf(BlockWithTunnel(), {hull, features, params, nullptr}, kGoodMinimum, StopPoll());
+}
+
+TEST(PlacedLoss, ATunnelThatTheInputDoesNotHaveCounts) {
+  EXPECT_GT(LossOfTunnel(true, 0).handles, 0);
+  EXPECT_GT(LossOfTunnel(true, 0).faults(), LossOfTunnel(true, 1).faults());
+  EXPECT_EQ(LossOfTunnel(true, 1).handles, 0);
+}
+
+TEST(PlacedLoss, HandlesThatTheMeshLacksOrThatARebuiltSurfaceIsSaidToHaveDoNotCount) {
+  EXPECT_EQ(LossOfTunnel(true, 2).handles, 0);
+  EXPECT_EQ(LossOfTunnel(false, 0).handles, 0);
+  EXPECT_EQ(LossOfTunnel(true, -1).handles, 0);
 }
 
 TEST(PlacedLoss, WhatDrawingMayMendIsNotLost) {
