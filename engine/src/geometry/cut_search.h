@@ -63,6 +63,7 @@ struct CutSearch {
     const double cosine =
         Dot(cubes.FaceNormal(a.cube, a.direction), cubes.FaceNormal(b.cube, b.direction));
     if (cosine > kMaxNormalCosine) return;
+    if (cubes.AreApart(a.cube, a.direction, b.cube, b.direction)) return;
     const double size = cubes.mean_half[a.cube] + cubes.mean_half[b.cube];
     const double gap =
         Norm(cubes.FaceCentre(a.cube, a.direction) - cubes.FaceCentre(b.cube, b.direction)) / size;

@@ -8,6 +8,7 @@
 #include "amhex/volume_mesh.h"
 #include "base/array_view.h"
 #include "geometry/cubes_view.h"
+#include "geometry/outward_faces.h"
 #include "input/hull_view.h"
 
 namespace amhex {
@@ -49,13 +50,23 @@ struct HullFacesOf {
     const Vec3d centre = points.cubes.FaceCentre(cube, direction);
     const Vec3d normal = points.cubes.FaceNormal(cube, direction);
     const HullPoint nearest = hull.Closest(centre, kMaxCentreDepth * extent);
-    if (nearest.triangle < 0 || Dot(nearest.normal, normal) < kMinNormalCosine) return false;
+    if (nearest.triangle < 0) return false;
+    const bool is_other_side = Dot(nearest.normal, normal) <= OwnSideOfGap::kOtherSide;
+    if (is_other_side) {
+      const HullPoint own = OwnSideOfGap::ClosestTo(hull, centre, normal, extent);
+      if (own.triangle < 0) return false;
+    } else if (Dot(nearest.normal, normal) < kMinNormalCosine) {
+      return false;
+    }
     for (int q = 0; q < 4; ++q) {
       const int32_t vertex = points.corners[cube][CornerOfFace(direction, q)];
       if (!hull.IsWithin(points.vertices[vertex], kMaxCornerDepth * extent)) return false;
     }
-    return nearest.distance < kCertainDepth * extent ||
-           !hull.IsInside(centre + normal * (0.5 * extent));
+    if (is_other_side || nearest.distance < kCertainDepth * extent) return true;
+    const Vec3d beyond = centre + normal * (0.5 * extent);
+    // What is inside there may be beyond a gap.
+    return !hull.IsInside(beyond) ||
+           Dot(hull.Closest(beyond).normal, normal) <= OwnSideOfGap::kOtherSide;
   }
 };
 

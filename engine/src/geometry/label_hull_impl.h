@@ -17,38 +17,60 @@ struct HullLabels {
   ArrayView<uint8_t> on_hull;  // [vertex_count]
 };
 
+// Of a vertex, the smallest number of a face on the hull that has it, 6 * cube + direction.
+inline constexpr int32_t kNoHullFace = 0x7fffffff;
+
 struct NotOnHullBody {
-  ArrayView<uint8_t> on_hull;
-  AMHEX_HD void operator()(int64_t v) const { on_hull[v] = 0; }
+  ArrayView<int32_t> face_of;
+  AMHEX_HD void operator()(int64_t v) const { face_of[v] = kNoHullFace; }
 };
 
-// One element per cube. Others may be writing the same of a vertex that they share.
+// One element per cube.
 struct MarkHullVerticesBody {
   ArrayView<const CellCorners> corners;
-  HullLabels labels;
+  ArrayView<const uint8_t> faces;
+  ArrayView<int32_t> face_of;
   AMHEX_HD void operator()(int64_t cube) const {
     for (int direction = 0; direction < kDirectionCount; ++direction) {
-      if ((labels.faces[cube] >> direction & 1) == 0) continue;
-      for (int q = 0; q < 4; ++q) Mark(corners[cube][CornerOfFace(direction, q)]);
+      if ((faces[cube] >> direction & 1) == 0) continue;
+      const auto face = static_cast<int32_t>(6 * cube + direction);
+      for (int q = 0; q < 4; ++q) Mark(corners[cube][CornerOfFace(direction, q)], face);
     }
   }
 
  private:
-  AMHEX_HD void Mark(int32_t vertex) const {
+  AMHEX_HD void Mark(int32_t vertex, int32_t face) const {
 #if defined(__CUDA_ARCH__)
-    labels.on_hull[vertex] = 1;
+    atomicMin(&face_of[vertex], face);
 #else
-    __atomic_store_n(&labels.on_hull[vertex], uint8_t{1}, __ATOMIC_RELAXED);
+    int32_t* const place = &face_of[vertex];
+    int32_t known = __atomic_load_n(place, __ATOMIC_RELAXED);
+    while (face < known && !__atomic_compare_exchange_n(place, &known, face, true, __ATOMIC_RELAXED,
+                                                        __ATOMIC_RELAXED)) {
+    }
 #endif
   }
 };
 
+// Tells which are on the hull.
 struct ProjectHullVertexBody {
   HullView hull;
-  ArrayView<const uint8_t> on_hull;
+  CubesView cubes;
+  ArrayView<const int32_t> face_of;
+  ArrayView<uint8_t> on_hull;
   ArrayView<Vec3d> vertices;
   AMHEX_HD void operator()(int64_t v) const {
-    if (on_hull[v] != 0) vertices[v] = hull.Closest(vertices[v]).point;
+    on_hull[v] = face_of[v] == kNoHullFace ? 0 : 1;
+    if (on_hull[v] == 0) return;
+    const int cube = face_of[v] / 6, direction = face_of[v] % 6;
+    const Vec3d normal = cubes.FaceNormal(cube, direction);
+    const Vec3d place = vertices[v];
+    const HullPoint nearest = hull.Closest(place);
+    vertices[v] = nearest.point;
+    if (Dot(nearest.normal, normal) > OwnSideOfGap::kOtherSide) return;
+    const HullPoint own =
+        OwnSideOfGap::ClosestTo(hull, place, normal, 2 * cubes.half_extent[cube][direction / 2]);
+    if (own.triangle >= 0) vertices[v] = own.point;
   }
 };
 
@@ -60,11 +82,13 @@ void LabelHull(E& executor, const HullView& hull, const OpenCubes& open, const H
                ArrayView<Vec3d> vertices) {
   executor.ForEach("find faces on the hull", open.count(),
                    AskBody<HullFacesOf>{hull, {open}, labels.faces});
-  executor.ForEach("no vertex is on the hull", vertices.size, NotOnHullBody{labels.on_hull});
+  auto face_of = executor.template Alloc<int32_t>(vertices.size);
+  executor.ForEach("no vertex is on the hull", vertices.size, NotOnHullBody{face_of.View()});
   executor.ForEach("mark vertices on the hull", open.count(),
-                   MarkHullVerticesBody{open.corners, labels});
-  executor.ForEach("project vertices to the hull", vertices.size,
-                   ProjectHullVertexBody{hull, ReadOnly(labels.on_hull), vertices});
+                   MarkHullVerticesBody{open.corners, ReadOnly(labels.faces), face_of.View()});
+  executor.ForEach(
+      "project vertices to the hull", vertices.size,
+      ProjectHullVertexBody{hull, open.cubes, ReadOnly(face_of.View()), labels.on_hull, vertices});
 }
 
 }  // namespace amhex

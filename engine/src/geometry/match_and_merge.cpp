@@ -13,6 +13,7 @@
 #include "geometry/label_hull_impl.h"
 #include "geometry/match_task.h"
 #include "geometry/merge_sets.h"
+#include "geometry/outward_faces.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -64,18 +65,36 @@ void LabelOnCpu(const Cubes& cubes, const HullView& hull, MatchTask* task) {
             WritableViewOf(task->vertices));
 }
 
-absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const RunContext& run, MatchTask* task) {
-  AMHEX_ASSIGN_OR_RETURN(const std::vector<FacePair> queue, CollectFacePairs(task->search, run));
+// None without a hull.
+std::vector<uint8_t> FindOutwardFaces(const CubesView& cubes, const HullQueries* hull,
+                                      const MatchTask& task) {
+  std::vector<uint8_t> outward;
+  if (hull == nullptr) return outward;
+  outward.resize(static_cast<size_t>(cubes.centre.size));
+  CpuExecutor executor(task.should_stop);
+  executor.ForEach("find faces that look out", cubes.centre.size,
+                   AskBody<FacesLookingOut>{hull->view(), {cubes}, WritableViewOf(outward)});
+  return outward;
+}
+
+absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const HullQueries* hull, const RunContext& run,
+                                MatchTask* task) {
+  const std::vector<uint8_t> outward = FindOutwardFaces(cubes.view(), hull, *task);
+  CandidateSearch search = task->search;
+  search.cubes.outward = ArrayViewOf(outward);
+  AMHEX_ASSIGN_OR_RETURN(const std::vector<FacePair> queue, CollectFacePairs(search, run));
   const MergeSets sets(cubes);
+  MergeView view = sets.view();
+  view.cubes.outward = ArrayViewOf(outward);
   const StopPoll poll(run);
   for (const Collapse collapse : kMatchPasses) {
     for (const double level : kMatchLevels) {
-      MatchLevel(queue, level, collapse, poll, sets.view());
-      AMHEX_RETURN_IF_ERROR(CloseCuts({level + kCutMargin, collapse}, run, sets.view()).status());
+      MatchLevel(queue, level, collapse, poll, view);
+      AMHEX_RETURN_IF_ERROR(CloseCuts({level + kCutMargin, collapse}, run, view).status());
       task->on_level();
     }
   }
-  CollectVertices(sets.view(), poll, task);
+  CollectVertices(view, poll, task);
   task->matches = sets.matches();
   return true;
 }
@@ -99,7 +118,7 @@ absl::StatusOr<MergedCubes> MergeCubes(const Cubes& cubes, const std::vector<Fac
   task.should_stop = [&run] { return run.ShouldStop(); };
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
     progress.stage_fraction = 0;
-    AMHEX_ASSIGN_OR_RETURN(const bool is_done, MergeOnCpu(cubes, run, &task));
+    AMHEX_ASSIGN_OR_RETURN(const bool is_done, MergeOnCpu(cubes, hull, run, &task));
     if (hull != nullptr) LabelOnCpu(cubes, hull->view(), &task);
     return is_done;
   };

@@ -28,6 +28,11 @@ constexpr double kFadingCreaseCosine = 0.9;
 constexpr double kBluntAgreement = 0.5;
 constexpr double kBluntReach = 0.3;
 
+// The hull looks against a face (cosine of their normals), and how far within the solid, in edge
+// lengths, the side that the face is on is the nearer one.
+constexpr double kOtherSide = -0.5;
+constexpr double kInward = 0.5;
+
 using PatchList = std::vector<int32_t>;
 
 // Faces and vertices for one thread at a time.
@@ -59,12 +64,23 @@ bool IsBluntEnd(const Vec3d& middle, const Vec3d& face_normal, const HullPoint& 
   });
 }
 
+// The closest point of the hull; where that looks against the face, of the side that the face is
+// on: across a gap thinner than a cell the other side may be the nearer one.
+HullPoint ClosestOnOwnSide(const Vec3d& middle, const Vec3d& face_normal,
+                           const HullFeatures& features) {
+  const HullPoint nearest = features.Closest(middle);
+  if (Dot(nearest.normal, face_normal) > kOtherSide) return nearest;
+  HullPoint own = features.Closest(middle - face_normal * kInward);
+  own.distance = Norm(own.point - middle);
+  return Dot(own.normal, face_normal) > kPlainAgreement ? own : nearest;
+}
+
 // True if the face is a blunt end, which lies on no patch.
 bool LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
                 const HullFeatures& features, int32_t& patch, Vec3d& normal) {
   const Vec3d middle = FaceMiddle(face, vertices);
   const Vec3d face_normal = FaceNormal(face, vertices);
-  const HullPoint nearest = features.Closest(middle);
+  const HullPoint nearest = ClosestOnOwnSide(middle, face_normal, features);
   patch = features.PatchOf(nearest.triangle);
   normal = nearest.normal;
   const double agreement = Dot(face_normal, normal);

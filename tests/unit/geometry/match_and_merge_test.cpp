@@ -6,9 +6,13 @@
 #include <set>
 #include <tuple>
 
+#include "fixtures/solids.h"
 #include "geometry/cubes.h"
 #include "geometry/face_matching.h"
 #include "geometry/merge_sets.h"
+#include "geometry/outward_faces.h"
+#include "input/hull_queries.h"
+#include "support/hull_of_mesh.h"
 
 namespace amhex {
 namespace {
@@ -137,6 +141,67 @@ TEST(MergeSets, CollapseEdgesOnlyWhenAllowed) {
   const CornerPairs edge = {{{0, 1}, {2, 2}, {3, 3}, {4, 4}}};
   EXPECT_FALSE(sets.CanMerge(edge, Collapse::kForbidden));
   EXPECT_TRUE(sets.CanMerge(edge, Collapse::kEdgesOnly));
+}
+
+// Blocks of 3 x 3 x 3 unit cubes that many cells apart, and the hull around each.
+struct Blocks {
+  Sites sites;
+  Hull hull;
+};
+Blocks BlocksApart(double gap) {
+  Blocks blocks;
+  blocks.sites = GridSites(3);
+  Sites other = GridSites(3);
+  for (Vec3d& p : other.position) p.x += 3 + gap;
+  const auto append = [](auto& all, const auto& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  append(blocks.sites.position, other.position), append(blocks.sites.frame, other.frame);
+  append(blocks.sites.size, other.size), append(blocks.sites.cell_volume, other.cell_volume);
+  const TriangleMesh box =
+      fixtures::Translated(fixtures::MakeBox({3, 3, 3}, 1), {-0.5, -0.5, -0.5});
+  blocks.hull = testing_support::HullOfMesh(
+      fixtures::Joined(box, fixtures::Translated(box, {3 + gap, 0, 0})));
+  return blocks;
+}
+
+TEST(OutwardFaces, AreThoseOnTheHull) {
+  const Blocks blocks = BlocksApart(0.5);
+  const Cubes cubes = MaterializeCubes(blocks.sites);
+  const FacesLookingOut question{cubes.view()};
+  for (int i = 0; i < cubes.count(); ++i) {
+    const int outward = question(blocks.hull.queries->view(), i);
+    for (int direction = 0; direction < kDirectionCount; ++direction) {
+      const Vec3d centre = cubes.FaceCentre(i, direction);
+      const bool is_on_hull = blocks.hull.queries->view().Closest(centre).distance < 1e-6;
+      EXPECT_EQ((outward >> direction & 1) != 0, is_on_hull) << i << " " << direction;
+    }
+  }
+}
+
+TEST(MatchAndMerge, GluesNothingAcrossAGap) {
+  for (const double gap : {0.05, 0.2, 0.5, 0.75}) {
+    const Blocks blocks = BlocksApart(gap);
+    RunContext run;
+    const auto merged = MatchAndMerge(blocks.sites, blocks.hull, {}, run);
+    ASSERT_TRUE(merged.ok()) << merged.status();
+    EXPECT_EQ(merged->vertices.size(), 2 * 64U) << gap;
+    for (size_t i = 0; i < merged->matches.size(); ++i) {
+      for (const int32_t face : merged->matches[i]) {
+        if (face >= 0) EXPECT_EQ(static_cast<size_t>(face / 6) < 27, i < 27) << gap;
+      }
+    }
+  }
+}
+
+TEST(MatchAndMerge, GluesAcrossAsMuchWhereNoHullIsBetween) {
+  Blocks blocks = BlocksApart(0.5);
+  blocks.hull = testing_support::HullOfMesh(
+      fixtures::Translated(fixtures::MakeBox({6.5, 3, 3}, 0.5), {-0.5, -0.5, -0.5}));
+  RunContext run;
+  const auto merged = MatchAndMerge(blocks.sites, blocks.hull, {}, run);
+  ASSERT_TRUE(merged.ok()) << merged.status();
+  EXPECT_EQ(merged->vertices.size(), 2 * 64U - 16);
 }
 
 }  // namespace

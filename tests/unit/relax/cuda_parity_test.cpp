@@ -280,6 +280,28 @@ TEST(CudaParityOfMatching, LabelsTheSameHullFacesAsTheCpu) {
   EXPECT_TRUE(here == labelled(&*device));
 }
 
+// The same cubes, with a gap between the boxes that they fill.
+TEST(CudaParityOfMatching, LeavesTheSameFacesApartAsTheCpu) {
+  absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
+  if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
+  constexpr int kSide = 9;
+  const TriangleMesh half = fixtures::MakeBox({4.4, kSide, kSide}, 0.5);
+  const Hull hull =
+      testing_support::HullOfMesh(fixtures::Joined(half, fixtures::Translated(half, {4.7, 0, 0})));
+  Sites sites = ShakenSites(kSide);
+  for (Vec3d& p : sites.position) p += Vec3d{0.3, 0.3, 0.3};
+  const Cubes cubes = MaterializeCubes(sites);
+  const auto matched = [&](const HullQueries* queries, DeviceUse* where) {
+    RunContext run;
+    const auto merged = MergeCubes(cubes, sites.links, run, where, queries);
+    EXPECT_TRUE(merged.ok()) << merged.status();
+    return std::make_pair(merged->matches, merged->vertices);
+  };
+  const auto here = matched(hull.queries.get(), nullptr);
+  EXPECT_NE(here.first, matched(nullptr, nullptr).first);
+  EXPECT_TRUE(here == matched(hull.queries.get(), &*device));
+}
+
 TEST(CudaParityOfMatching, FindsNothingAmongNoCubes) {
   absl::StatusOr<DeviceUse> device = DeviceUse::Choose(Backend::kCuda);
   if (!device.ok()) GTEST_SKIP() << std::string(device.status().message());
