@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -15,6 +16,8 @@
 #include "fields/field_sites.h"
 #include "geometry/match_and_merge.h"
 #include "input/site_grid.h"
+#include "optimize/hull_features.h"
+#include "optimize/place_vertices.h"
 #include "optimize/report_cells.h"
 #include "place_candidates.h"
 #include "relax/relaxation.h"
@@ -61,6 +64,22 @@ size_t CountToClose(const std::vector<RankedComplex>& ranked, const TrialPlan& p
   return count;
 }
 
+// Moves vertices to the hull and its features, which are found when first asked for.
+class VertexPlacer {
+ public:
+  VertexPlacer(const Hull& hull, const RunContext& run) : hull_(hull), run_(run) {}
+  absl::StatusOr<CellComplex> operator()(CellComplex complex) {
+    std::call_once(are_found_, [this] { features_.emplace(hull_, StopPoll(run_)); });
+    return PlacePart(std::move(complex), {}, *features_, run_, PlacementEffort::kValid);
+  }
+
+ private:
+  const Hull& hull_;
+  const RunContext& run_;
+  std::once_flag are_found_;
+  std::optional<HullFeatures> features_;
+};
+
 // The assemblies `first`, in their order. Several are closed side by side, none of
 // them by the last resort, and a watcher then sees whole trials.
 std::vector<absl::StatusOr<CellComplex>> CloseFirst(const std::vector<CellComplex>& assemblies,
@@ -68,15 +87,17 @@ std::vector<absl::StatusOr<CellComplex>> CloseFirst(const std::vector<CellComple
                                                     const Hull& hull, const MeshingParams& params,
                                                     RunContext& run) {
   std::vector<absl::StatusOr<CellComplex>> closed(first.size());
+  VertexPlacer placer(hull, run);
+  const auto place = [&placer](CellComplex complex) { return placer(std::move(complex)); };
   if (first.size() == 1) {
-    closed[0] = CloseComplex(assemblies[first[0]], hull, params, run);
+    closed[0] = CloseComplex(assemblies[first[0]], hull, params, run, {.place = place});
     return closed;
   }
   std::mutex mutex;  // of the report
   size_t done = 0;
   oneapi::tbb::parallel_for(size_t{0}, first.size(), [&](size_t i) {
     const CellComplex& assembly = assemblies[first[i]];
-    closed[i] = CloseUnwatched(assembly, hull, params, run, {.may_fail = true});
+    closed[i] = CloseUnwatched(assembly, hull, params, run, {.may_fail = true, .place = place});
     const CellComplex& cells = closed[i].ok() ? *closed[i] : assembly;
     const CellCounts counts = CountCells(cells);
     const std::lock_guard lock(mutex);

@@ -33,6 +33,7 @@ class Closer {
 
   // `watched`, if any, is told of progress.
   absl::StatusOr<CellComplex> Run(const Closing& closing, RunContext* watched) {
+    bool may_place = closing.place && !mesh_.HasOpenFaces();
     RemoveLooseCells(&mesh_);
     SnapFacesToHull(hull_, &mesh_);
     ExtrudeToHull(hull_, &mesh_);
@@ -56,7 +57,13 @@ class Closer {
     for (int attempt = 1; attempt <= kDefectAttempts && in_vain < most_in_vain; ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (mesh_.HasOpenFaces()) break;
-      const BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
+      BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
+      if (!defects.vertices.empty() && std::exchange(may_place, false)) {
+        AMHEX_ASSIGN_OR_RETURN(const CellComplex placed,
+                               closing.place(mesh_.ToComplex(StopPoll(run_))));
+        mesh_ = WorkingMesh(placed, StopPoll(run_));
+        defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
+      }
       if (defects.vertices.empty()) break;
       if (!with_far_faces.has_value() && defects.are_just_far) with_far_faces = mesh_;
       in_vain = FillOpened(defects, 0, attempt) ? 0 : in_vain + 1;

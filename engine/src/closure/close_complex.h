@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct Closing {
   bool may_fail = false;
   // Where a better mesh is known: cells other than hexahedra that this one may come to.
   double most_others = std::numeric_limits<double>::infinity();
+  // Moves the vertices of a complex without open faces to their places, from any thread. Where it
+  // is given, a complex that has none from the beginning is opened at the defects that are left
+  // after that only: as assembled, the two sides of a narrow gap may run through each other.
+  std::function<absl::StatusOr<CellComplex>(CellComplex)> place = {};
 };
 
 // Returns a complex without open faces: every face is shared by two cells or lies on the hull.

@@ -7,6 +7,7 @@
 #include <array>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "closure/boundary_defects.h"
@@ -15,9 +16,13 @@
 #include "closure/improve_closure.h"
 #include "closure/star_geometry.h"
 #include "closure/working_mesh.h"
+#include "fixtures/solids.h"
 #include "optimize/cell_quality.h"
+#include "optimize/hull_features.h"
+#include "optimize/place_vertices.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "support/hull_of_mesh.h"
 
 namespace amhex {
 namespace {
@@ -298,6 +303,47 @@ TEST(CloseComplex, GivesUpOnceMoreCellsAreNoHexahedraThanPermitted) {
   const auto refused = CloseComplex(open, hull, {}, run, {.most_others = 0.0});
   EXPECT_EQ(refused.status().code(), absl::StatusCode::kInternal);
   EXPECT_THAT(refused.status().message(), ::testing::HasSubstr("no hexahedra, more than 0"));
+}
+
+// Two grids a fifth of a cell apart, whose vertices at the gap have not reached their places.
+CellComplex GridsRunningThroughEachOther() {
+  constexpr int kSide = 4;
+  constexpr double kGap = 0.2, kAstray = 0.17;
+  const CellComplex grid = GridComplex({kSide, kSide, kSide});
+  CellComplex both = grid;
+  for (Vec3d& p : both.vertices) {
+    const bool is_inside = std::min(p.y, p.z) > 0 && std::max(p.y, p.z) < kSide;
+    if (p.x == kSide && is_inside) p.x += kAstray;
+  }
+  const auto offset = static_cast<int32_t>(grid.vertices.size());
+  for (const Vec3d& p : grid.vertices) {
+    const bool is_inside = std::min(p.y, p.z) > 0 && std::max(p.y, p.z) < kSide;
+    const double astray = p.x == 0 && is_inside ? kAstray : 0;
+    both.vertices.push_back(p + Vec3d{kSide + kGap - astray, 0, 0});
+  }
+  for (CellCorners corners : grid.cells) {
+    for (int32_t& v : corners) v += offset;
+    both.cells.push_back(corners);
+  }
+  testing_support::ListHullFaces(both);
+  return both;
+}
+
+TEST(CloseComplex, MovesVerticesBeforeItOpensCellsThatNothingIsWrongWith) {
+  const TriangleMesh box = fixtures::MakeBox({4, 4, 4}, 1);
+  const Hull hull =
+      testing_support::HullOfMesh(fixtures::Joined(box, fixtures::Translated(box, {4.2, 0, 0})));
+  const CellComplex grids = GridsRunningThroughEachOther();
+  ASSERT_FALSE(FindBoundaryDefects(WorkingMesh(grids), hull).vertices.empty());
+  const HullFeatures features(hull);
+  const RunContext run;
+  const auto place = [&](CellComplex complex) {
+    return PlacePart(std::move(complex), {}, features, run, PlacementEffort::kValid);
+  };
+  const auto closed = CloseUnwatched(grids, hull, {}, run, {.place = place});
+  ASSERT_TRUE(closed.ok()) << closed.status();
+  EXPECT_EQ(closed->cells.size(), grids.cells.size());
+  EXPECT_TRUE(FindBoundaryDefects(WorkingMesh(*closed), hull).vertices.empty());
 }
 
 TEST(CloseComplex, StopsWhenAsked) {
