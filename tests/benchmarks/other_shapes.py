@@ -151,6 +151,67 @@ def wedge(degrees, length):
     return [(0, 0), (length, 0), (length, length * math.tan(math.radians(degrees)))]
 
 
+def joined(*meshes):
+    vertices, triangles = [], []
+    for own_vertices, own_triangles in meshes:
+        offset = len(vertices)
+        vertices += own_vertices
+        triangles += [tuple(i + offset for i in t) for t in own_triangles]
+    return vertices, triangles
+
+
+def moved(mesh, by):
+    return [tuple(x + d for x, d in zip(p, by)) for p in mesh[0]], mesh[1]
+
+
+def flipped(mesh):
+    return mesh[0], [(a, c, b) for a, b, c in mesh[1]]
+
+
+def tilted(mesh, degrees, centre):
+    """About the x axis through the centre."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    turn = lambda x, y, z: (x, centre[1] + c * (y - centre[1]) - s * (z - centre[2]), centre[2] + s * (y - centre[1]) + c * (z - centre[2]))
+    return [turn(*p) for p in mesh[0]], mesh[1]
+
+
+def cube(side):
+    return extruded([(0, 0), (side, 0), (side, side), (0, side)], side)
+
+
+def ball(radius, steps=24):
+    """A cube's sides, divided and pushed out."""
+    vertices, triangles = [], []
+    for axis, sign in itertools.product(range(3), (-1, 1)):
+        first = len(vertices)
+        for i, j in itertools.product(range(steps + 1), repeat=2):
+            p = [0.0] * 3
+            p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3] = sign, 2 * i / steps - 1, 2 * j / steps - 1
+            vertices.append(tuple(round(radius * x / math.hypot(*p), 12) for x in p))
+        for i, j in itertools.product(range(steps), repeat=2):
+            a = first + i * (steps + 1) + j
+            b, c, d = a + steps + 1, a + steps + 2, a + 1
+            triangles += [(a, b, c), (a, c, d)] if sign > 0 else [(a, c, b), (a, d, c)]
+    return vertices, triangles
+
+
+def slot(width, bottom):
+    """Halves of 6 with a slot between them; a notch where its bottom is a line."""
+    right = 12 + width
+    floor = [(6 + width, bottom), (6, bottom)] if bottom > 2 else [(6 + width / 2, bottom)]
+    return [(0, 0), (right, 0), (right, 8), (6 + width, 8), *floor, (6, 8), (0, 8)]
+
+
+def gaps(width):
+    """What is that far apart, for edges of 1."""
+    yield "apart", joined(cube(8), moved(cube(8), (8 + width, 0.3, 0.4)))
+    yield "askew", joined(cube(8), tilted(moved(cube(8), (8 + width, 0, 0)), 30, (0, 4, 4)))
+    yield "slot", extruded(slot(width, 3), 8)
+    yield "notch", extruded(slot(width, 2), 8)
+    yield "balls", joined(ball(4), moved(ball(4), (8 + width, 0, 0)))
+    yield "nested", joined(ball(3), ball(6), flipped(ball(3 + width)))
+
+
 def level_set(value, half, steps):
     """Where value(x, y, z) < 0 in the box [-half, half], by tetrahedra of a grid."""
     at = lambda node: tuple(h * (2 * i / steps - 1) for h, i in zip(half, node))
@@ -274,6 +335,9 @@ def shapes():
     yield "dumbbell", level_set(dumbbell, (3.2, 1.2, 1.2), 50)
     yield "lens", level_set(lens, (1.4, 1.4, 0.5), 44)
     yield "blob", level_set(blob, (2.9, 2.9, 2.9), 46)
+    for width in (0.2, 0.4, 0.6):
+        for name, mesh in gaps(width):
+            yield f"{name}{width}", mesh
     for seed in range(1, 5):
         yield f"solid{seed}", level_set(random_solid(seed), (1.5, 1.5, 1.5), 64)
 
