@@ -5,6 +5,7 @@
 
 #include "amhex/vec3.h"
 #include "base/array_view.h"
+#include "input/hull_view.h"
 #include "relax/sites.h"
 
 namespace amhex {
@@ -15,9 +16,8 @@ struct CubesView {
   ArrayView<const AxisFrame> frame;    // [cube_count]
   ArrayView<const Vec3d> half_extent;  // [cube_count] along the cube's own axes
   ArrayView<const double> mean_half;   // [cube_count] mean of the three half extents
-  // [cube_count] bit per direction: the face looks out of the solid (outward_faces.h); none is
-  // known to where there are none. Made where bodies run.
-  ArrayView<const uint8_t> outward = {};
+  // Of the solid, where it is known; made where bodies run.
+  HullView hull = {};
 
   template <class Visit>
   void VisitArrays(const Visit& visit) {
@@ -39,12 +39,12 @@ struct CubesView {
   AMHEX_HD Vec3d FaceNormal(int cube, int direction) const {
     return frame[cube].axis[direction / 2] * (direction % 2 == 1 ? 1.0 : -1.0);
   }
-  AMHEX_HD bool LooksOut(int cube, int direction) const {
-    return !outward.empty() && (outward[cube] >> direction & 1) != 0;
-  }
-  // Whether there is a gap of the solid between two faces that look at each other.
-  AMHEX_HD bool AreApart(int cube_a, int direction_a, int cube_b, int direction_b) const {
-    return LooksOut(cube_a, direction_a) && LooksOut(cube_b, direction_b);
+  // Whether the way from one cube's centre to the other's leaves the solid: however well their
+  // faces fit, there is a gap between them. Not in the paper.
+  AMHEX_HD bool AreApart(int cube_a, int cube_b) const {
+    const Vec3d way = centre[cube_b] - centre[cube_a];
+    const double length = Norm(way);
+    return length > 0 && hull.ExitDistance(centre[cube_a], way / length, 0, length) >= 0;
   }
   AMHEX_HD Vec3d FaceCentre(int cube, int direction) const {
     return centre[cube] + FaceNormal(cube, direction) * half_extent[cube][direction / 2];

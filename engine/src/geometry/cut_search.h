@@ -63,12 +63,12 @@ struct CutSearch {
     const double cosine =
         Dot(cubes.FaceNormal(a.cube, a.direction), cubes.FaceNormal(b.cube, b.direction));
     if (cosine > kMaxNormalCosine) return;
-    if (cubes.AreApart(a.cube, a.direction, b.cube, b.direction)) return;
     const double size = cubes.mean_half[a.cube] + cubes.mean_half[b.cube];
     const double gap =
         Norm(cubes.FaceCentre(a.cube, a.direction) - cubes.FaceCentre(b.cube, b.direction)) / size;
     if (gap > max_gap) return;
     if (Norm(cubes.centre[a.cube] - cubes.centre[b.cube]) < kMinCentreDistance * size) return;
+    if (cubes.AreApart(a.cube, b.cube)) return;
     // Corners are paired around the shared edge: its ends, seen from b, the other way round.
     visit(FacePair{gap, a.cube, b.cube, a.direction, b.direction,
                    static_cast<uint8_t>((a.corner + b.corner + 1) % 4), a.corner, 1});

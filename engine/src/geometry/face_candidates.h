@@ -101,11 +101,10 @@ struct CandidateSearch {
       if (Dot(cubes.FaceNormal(a, u), d) < kMinFacing * distance) continue;
       for (int v = 0; v < kDirectionCount; ++v) {
         if (Dot(cubes.FaceNormal(b, v), d) > -kMinFacing * distance) continue;
-        if (cubes.AreApart(a, u, b, v)) continue;
         const FaceFit fit = FitOfFaces(cubes, a, u, b, v);
         double score = ValueOf(fit) / (4 * size);
         if (AreLinked(6 * int64_t{a} + u, 6 * int64_t{b} + v)) score *= kLinkFactor;
-        if (score >= kMaxScore) continue;
+        if (score >= kMaxScore || cubes.AreApart(a, b)) continue;
         visit(FacePair{score, a, b, static_cast<uint8_t>(u), static_cast<uint8_t>(v),
                        static_cast<uint8_t>(fit.rotation)});
       }

@@ -8,7 +8,7 @@
 #include "amhex/volume_mesh.h"
 #include "base/array_view.h"
 #include "geometry/cubes_view.h"
-#include "geometry/outward_faces.h"
+#include "geometry/own_side_of_gap.h"
 #include "input/hull_view.h"
 
 namespace amhex {

@@ -13,7 +13,6 @@
 #include "geometry/label_hull_impl.h"
 #include "geometry/match_task.h"
 #include "geometry/merge_sets.h"
-#include "geometry/outward_faces.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
@@ -65,27 +64,14 @@ void LabelOnCpu(const Cubes& cubes, const HullView& hull, MatchTask* task) {
             WritableViewOf(task->vertices));
 }
 
-// None without a hull.
-std::vector<uint8_t> FindOutwardFaces(const CubesView& cubes, const HullQueries* hull,
-                                      const MatchTask& task) {
-  std::vector<uint8_t> outward;
-  if (hull == nullptr) return outward;
-  outward.resize(static_cast<size_t>(cubes.centre.size));
-  CpuExecutor executor(task.should_stop);
-  executor.ForEach("find faces that look out", cubes.centre.size,
-                   AskBody<FacesLookingOut>{hull->view(), {cubes}, WritableViewOf(outward)});
-  return outward;
-}
-
 absl::StatusOr<bool> MergeOnCpu(const Cubes& cubes, const HullQueries* hull, const RunContext& run,
                                 MatchTask* task) {
-  const std::vector<uint8_t> outward = FindOutwardFaces(cubes.view(), hull, *task);
   CandidateSearch search = task->search;
-  search.cubes.outward = ArrayViewOf(outward);
+  if (hull != nullptr) search.cubes.hull = hull->view();
   AMHEX_ASSIGN_OR_RETURN(const std::vector<FacePair> queue, CollectFacePairs(search, run));
   const MergeSets sets(cubes);
   MergeView view = sets.view();
-  view.cubes.outward = ArrayViewOf(outward);
+  view.cubes.hull = search.cubes.hull;
   const StopPoll poll(run);
   for (const Collapse collapse : kMatchPasses) {
     for (const double level : kMatchLevels) {

@@ -16,7 +16,6 @@
 #include "geometry/glue_in_turn.h"
 #include "geometry/label_hull_impl.h"
 #include "geometry/match_task.h"
-#include "geometry/outward_faces.h"
 #include "input/hull_batch_impl.h"
 
 namespace amhex {
@@ -81,7 +80,7 @@ int64_t MatchBytes(const MatchTask& task) {
   const int64_t hull =
       task.resident == nullptr ? 0 : ResidentHullBytes<E>(task.hull, *task.resident);
   return hull + UploadedArrays<E>::Bytes(task.search) +
-         cubes * (6 * static_cast<int64_t>(sizeof(int32_t)) + 1) + cubes * 8 * kPerVirtual +
+         cubes * 6 * static_cast<int64_t>(sizeof(int32_t)) + cubes * 8 * kPerVirtual +
          SortPairsBytes<E>(pairs);
 }
 
@@ -106,8 +105,9 @@ class MatchingOfCubes {
   // False if it was stopped.
   bool Run() {
     CandidateSearch search = arrays_.Upload(task_.search);
-    if (task_.resident != nullptr) FindOutwardFaces(search.cubes);
-    search.cubes.outward = ReadOnly(outward_.View());
+    if (task_.resident != nullptr) {
+      search.cubes.hull = ResidentHull<E>(task_.hull, *task_.resident);
+    }
     sets_ = {search.cubes, parent_.View(), size_.View(),           ring_next_.View(),
              low_.View(),  high_.View(),   Flat<int32_t>(matches_)};
     executor_.ForEach("start merge sets", 8 * count_, StartSetsBody{sets_});
@@ -125,13 +125,6 @@ class MatchingOfCubes {
   }
 
  private:
-  void FindOutwardFaces(const CubesView& cubes) {
-    outward_ = executor_.template Alloc<uint8_t>(count_);
-    executor_.ForEach("find faces that look out", count_,
-                      AskBody<FacesLookingOut>{
-                          ResidentHull<E>(task_.hull, *task_.resident), {cubes}, outward_.View()});
-  }
-
   int64_t Glue(const GlueRules& rules) {
     return GlueInTurn(executor_, sets_, rules, reserved_.View());
   }
@@ -217,7 +210,6 @@ class MatchingOfCubes {
   Buffer<E, int32_t> parent_, size_, ring_next_;
   Buffer<E, Vec3d> low_, high_;
   Buffer<E, FaceMatches> matches_;
-  Buffer<E, uint8_t> outward_ = {};  // none without a hull
   Buffer<E, uint64_t> reserved_;  // [virtual vertex] the first pair that wants a set, at its root
   MergeView sets_;
 };

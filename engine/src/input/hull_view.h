@@ -149,15 +149,14 @@ struct HullView {
   AMHEX_HD bool IsInside(const Vec3d& p) const { return IsInsideBy(WindingNumber(p)); }
   AMHEX_HD static bool IsInsideBy(double winding) { return winding > 0.5; }
 
-  AMHEX_HD double ExitDistance(const Vec3d& origin, const Vec3d& direction,
-                               double min_length) const {
+  AMHEX_HD double ExitDistance(const Vec3d& origin, const Vec3d& direction, double min_length,
+                               double max_length = 1e300) const {
     if (nodes.empty()) return -1;
-    constexpr double kFar = 1e300;
     const Vec3d inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};
     int32_t stack[kHullStackSize];
     int size = 1;
     stack[0] = 0;
-    double best = kFar;
+    double best = max_length;
     while (size > 0) {
       const int32_t id = stack[--size];
       const HullNode& node = nodes.data[id];
@@ -168,7 +167,7 @@ struct HullView {
         if (length >= min_length && length < best) best = length;
       }
     }
-    return best < kFar ? best : -1;
+    return best < max_length ? best : -1;
   }
 
   // Nearest points of triangles may be rounded to places this far outside their boxes.

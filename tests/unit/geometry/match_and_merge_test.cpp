@@ -10,7 +10,6 @@
 #include "geometry/cubes.h"
 #include "geometry/face_matching.h"
 #include "geometry/merge_sets.h"
-#include "geometry/outward_faces.h"
 #include "input/hull_queries.h"
 #include "support/hull_of_mesh.h"
 
@@ -165,16 +164,15 @@ Blocks BlocksApart(double gap) {
   return blocks;
 }
 
-TEST(OutwardFaces, AreThoseOnTheHull) {
+TEST(Cubes, AreApartWhereTheWayBetweenThemLeavesTheSolid) {
   const Blocks blocks = BlocksApart(0.5);
   const Cubes cubes = MaterializeCubes(blocks.sites);
-  const FacesLookingOut question{cubes.view()};
-  for (int i = 0; i < cubes.count(); ++i) {
-    const int outward = question(blocks.hull.queries->view(), i);
-    for (int direction = 0; direction < kDirectionCount; ++direction) {
-      const Vec3d centre = cubes.FaceCentre(i, direction);
-      const bool is_on_hull = blocks.hull.queries->view().Closest(centre).distance < 1e-6;
-      EXPECT_EQ((outward >> direction & 1) != 0, is_on_hull) << i << " " << direction;
+  CubesView view = cubes.view();
+  EXPECT_FALSE(view.AreApart(0, 27));  // of no hull
+  view.hull = blocks.hull.queries->view();
+  for (int a = 0; a < cubes.count(); ++a) {
+    for (int b = 0; b < cubes.count(); ++b) {
+      EXPECT_EQ(view.AreApart(a, b), a != b && (a < 27) != (b < 27)) << a << " " << b;
     }
   }
 }

@@ -1,0 +1,30 @@
+// Which side of a gap is a cube's own; usable where bodies run.
+#pragma once
+
+#include "amhex/vec3.h"
+#include "input/hull_view.h"
+
+namespace amhex {
+
+// Across a gap that is thinner than a cell the hull's other side may be the nearer one to a place
+// on this side that lies beyond it. What is some way within the solid is nearer to its own.
+struct OwnSideOfGap {
+  // How far from its own side a place may be, in extents of the cube along the face's axis.
+  static constexpr double kMaxDepth = 0.35;
+  static constexpr double kMinNormalCosine = 0.5;
+  // A side that looks against a face (cosine) is not its own.
+  static constexpr double kOtherSide = -0.5;
+
+  // The point of the hull's side that looks along `normal`, if it is as near as that.
+  AMHEX_HD static HullPoint ClosestTo(const HullView& hull, const Vec3d& place, const Vec3d& normal,
+                                      double extent) {
+    const double depth = kMaxDepth * extent;
+    HullPoint own = hull.Closest(place - normal * depth, 2 * depth);
+    if (own.triangle < 0 || Dot(own.normal, normal) < kMinNormalCosine) return {};
+    own.distance = Norm(own.point - place);
+    // Not where that side ends beside the place.
+    return own.distance <= depth ? own : HullPoint{};
+  }
+};
+
+}  // namespace amhex
