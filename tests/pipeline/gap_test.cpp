@@ -58,26 +58,10 @@ TEST(Gaps, RoundBodiesBesideEachOtherAreNotGlued) {
 
 // A block 5 x 4 x 6 with a slot 4 deep through it, between its two halves.
 TriangleMesh SlottedBlock(double width) {
-  constexpr int kCorners = 8;
-  const double right = 5 + width;
-  const double outline[kCorners][2] = {{0, 0},           {right, 0}, {right, 6}, {2.5 + width, 6},
-                                       {2.5 + width, 2}, {2.5, 2},   {2.5, 6},   {0, 6}};
-  constexpr int kInside[kCorners - 2][3] = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4},
-                                            {0, 4, 5}, {0, 5, 7}, {5, 6, 7}};
-  TriangleMesh mesh;
-  for (const double z : {0.0, 4.0}) {
-    for (const auto& [x, y] : outline) mesh.vertices.push_back({x, y, z});
-  }
-  for (int i = 0; i < kCorners; ++i) {
-    const int j = (i + 1) % kCorners;
-    mesh.triangles.push_back({i, j, j + kCorners});
-    mesh.triangles.push_back({i, j + kCorners, i + kCorners});
-  }
-  for (const auto& t : kInside) {
-    mesh.triangles.push_back({t[0], t[2], t[1]});
-    mesh.triangles.push_back({t[0] + kCorners, t[1] + kCorners, t[2] + kCorners});
-  }
-  return mesh;
+  const double right = 5 + width, far_side = 2.5 + width;
+  return fixtures::MakeExtruded(
+      {{0, 0}, {right, 0}, {right, 6}, {far_side, 6}, {far_side, 2}, {2.5, 2}, {2.5, 6}, {0, 6}},
+      {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {0, 4, 5}, {0, 5, 7}, {5, 6, 7}}, 4);
 }
 
 TEST(Gaps, ANarrowSlotStaysOpen) {

@@ -43,24 +43,9 @@ TriangleMesh BesideCube(const TriangleMesh& mesh) {
 
 // A block 4 x 6 x 4 with a fin 4 x 6 x `thickness` at its foot.
 TriangleMesh BlockWithFin(double thickness) {
-  constexpr int kCorners = 7;
-  const double outline[kCorners][2] = {{0, 0},         {4, 0}, {8, 0}, {8, thickness},
-                                       {4, thickness}, {4, 4}, {0, 4}};
-  constexpr int kInside[kCorners - 2][3] = {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}, {0, 5, 6}};
-  TriangleMesh mesh;
-  for (const double y : {0.0, 6.0}) {
-    for (const auto& [x, z] : outline) mesh.vertices.push_back({x, y, z});
-  }
-  for (int i = 0; i < kCorners; ++i) {
-    const int j = (i + 1) % kCorners;
-    mesh.triangles.push_back({i, j + kCorners, j});
-    mesh.triangles.push_back({i, i + kCorners, j + kCorners});
-  }
-  for (const auto& t : kInside) {
-    mesh.triangles.push_back({t[0], t[1], t[2]});
-    mesh.triangles.push_back({t[0] + kCorners, t[2] + kCorners, t[1] + kCorners});
-  }
-  return mesh;
+  return fixtures::MakeExtruded(
+      {{0, 0}, {4, 0}, {8, 0}, {8, thickness}, {4, thickness}, {4, 4}, {0, 4}},
+      {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}, {0, 5, 6}}, 6);
 }
 
 TEST(ThinParts, APlateKeepsOneLayerOfHexahedra) {

@@ -15,7 +15,7 @@ constexpr double kDegree = 0.017453292519943295;
 // Normals within about this of an axis are along it.
 constexpr double kAlong = 1.5 * kDegree;
 // Bins of normals along each edge of a cube around them; some degree and a half each.
-constexpr int kBins = 64;
+constexpr size_t kBins = 64;
 // So many of the directions with most area suggest axes.
 constexpr size_t kMaxPeaks = 32;
 constexpr double kPeakDistance = 3 * kDegree;
