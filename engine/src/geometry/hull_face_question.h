@@ -41,21 +41,19 @@ struct HullFacesOf {
  private:
   AMHEX_HD bool IsHullFace(const HullView& hull, int cube, int direction) const {
     // In extents of the cube along the face's axis; measured: looser tests reject more good cells.
-    constexpr double kMaxCentreDepth = 0.35;
     constexpr double kMaxCornerDepth = 0.45;
-    constexpr double kMinNormalCosine = 0.5;
     // Nearer than this the face need not prove that its far side is outside.
     constexpr double kCertainDepth = 0.15;
     const double extent = 2 * points.cubes.half_extent[cube][direction / 2];
     const Vec3d centre = points.cubes.FaceCentre(cube, direction);
     const Vec3d normal = points.cubes.FaceNormal(cube, direction);
-    const HullPoint nearest = hull.Closest(centre, kMaxCentreDepth * extent);
+    const HullPoint nearest = hull.Closest(centre, OwnSideOfGap::kMaxDepth * extent);
     if (nearest.triangle < 0) return false;
     const bool is_other_side = Dot(nearest.normal, normal) <= OwnSideOfGap::kOtherSide;
     if (is_other_side) {
       const HullPoint own = OwnSideOfGap::ClosestTo(hull, centre, normal, extent);
       if (own.triangle < 0) return false;
-    } else if (Dot(nearest.normal, normal) < kMinNormalCosine) {
+    } else if (Dot(nearest.normal, normal) < OwnSideOfGap::kMinNormalCosine) {
       return false;
     }
     for (int q = 0; q < 4; ++q) {
