@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/loop_polling.h"
+#include "geometry/own_side_of_gap.h"
 #include "input/sharp_features.h"
 
 namespace amhex {
@@ -27,11 +28,6 @@ constexpr double kFadingCreaseCosine = 0.9;
 // blunt end of cells that stop that far before it, in edge lengths.
 constexpr double kBluntAgreement = 0.5;
 constexpr double kBluntReach = 0.3;
-
-// The hull looks against a face (cosine of their normals), and how far within the solid, in edge
-// lengths, the side that the face is on is the nearer one.
-constexpr double kOtherSide = -0.5;
-constexpr double kInward = 0.5;
 
 using PatchList = std::vector<int32_t>;
 
@@ -68,11 +64,11 @@ bool IsBluntEnd(const Vec3d& middle, const Vec3d& face_normal, const HullPoint& 
 // on: across a gap thinner than a cell the other side may be the nearer one.
 HullPoint ClosestOnOwnSide(const Vec3d& middle, const Vec3d& face_normal,
                            const HullFeatures& features) {
+  constexpr double kExtent = 1;  // of the face's cell, edge lengths
   const HullPoint nearest = features.Closest(middle);
-  if (Dot(nearest.normal, face_normal) > kOtherSide) return nearest;
-  HullPoint own = features.Closest(middle - face_normal * kInward);
-  own.distance = Norm(own.point - middle);
-  return Dot(own.normal, face_normal) > kPlainAgreement ? own : nearest;
+  if (Dot(nearest.normal, face_normal) > OwnSideOfGap::kOtherSide) return nearest;
+  const HullPoint own = OwnSideOfGap::ClosestTo(features.view().hull, middle, face_normal, kExtent);
+  return own.triangle >= 0 ? own : nearest;
 }
 
 // True if the face is a blunt end, which lies on no patch.
