@@ -10,6 +10,7 @@
 #include "closure/close_complex.h"
 #include "cuda/device_use.h"
 #include "optimize/hull_features.h"
+#include "optimize/hull_samples.h"
 #include "optimize/improve_mesh.h"
 #include "optimize/raise_quality.h"
 #include "place_candidates.h"
@@ -20,8 +21,8 @@
 namespace amhex {
 namespace {
 
-// Of so many trials the best one is taken where the first keeps a poor cell, and the next ones,
-// too; of more where a part of the solid is lost, or none is valid.
+// Of so many trials the best one is taken where the first keeps a poor cell or stays too far from
+// the hull, and the next ones, too; of more where a part of the solid is lost, or none is valid.
 constexpr size_t kLeastChoice = 3;
 constexpr size_t kLeastChoiceOfLost = 5;
 
@@ -78,11 +79,17 @@ class Turns {
   // be better than the best one when it is refilled and followed.
   absl::StatusOr<std::optional<PlacedCandidate>> Take(size_t i, const Best& best, RunContext& run) {
     AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, Place(i, best, run));
-    if (next.has_value() && LikelyTotal(*next, cost_) >= best.total()) next.reset();
+    if (next.has_value() && LeastLikely(*next, best) >= best.total()) next.reset();
     return next;
   }
 
  private:
+  // What refilling mends of one that has not been drawn to the hull is not known before. Where the
+  // best one stays too far from it, that is hoped for.
+  double LeastLikely(const PlacedCandidate& next, const Best& best) const {
+    return best.loss.distance > 0 ? next.loss.cells : LikelyTotal(next, cost_);
+  }
+
   absl::StatusOr<std::optional<PlacedCandidate>> Place(size_t i, const Best& best,
                                                        RunContext& run) {
     if (i < placed_.size()) return std::optional<PlacedCandidate>(std::move(placed_[i]));
@@ -141,6 +148,7 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
   AMHEX_ASSIGN_OR_RETURN(PlacedCandidates placed, PlaceCandidates(trials.closed, with, run));
   Turns turns(assemblies, std::move(trials), std::move(placed), with);
   const bool has_choice = turns.Count(kLeastChoice) > 1;
+  const bool points_scatter = PointsScatter(with.hull, StopPoll(run));
   Best best;
   std::vector<size_t> broken;
   for (size_t i = 0; i < turns.Count(best.is_whole() ? kLeastChoice : kLeastChoiceOfLost); ++i) {
@@ -157,6 +165,7 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
     if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
     const bool is_good =
         next->loss.lost == 0 && next->loss.handles == 0 &&
+        (next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice) &&
         SummarizeQuality(next->complex, StopPoll(run)).minimum >= with.params.assembly.min_quality;
     best.Update(*std::move(next));
     if (is_good) break;

@@ -37,6 +37,7 @@ absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_fol
   AMHEX_ASSIGN_OR_RETURN(refilled,
                          SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
   AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
+  AMHEX_ASSIGN_OR_RETURN(refilled, SplitRest(std::move(refilled), with, run));
   AMHEX_ASSIGN_OR_RETURN(refilled,
                          LengthenEdges(std::move(refilled), with.hull, with.features, run));
   const StopPoll poll(run);

@@ -25,8 +25,12 @@ namespace amhex {
 namespace {
 
 constexpr size_t kMostPlaces = 8;
-// Where there are more, only those that are farther away than so many limits are seen to. At 2 a
-// cloud of 5,353 cells took a second for tries in vain.
+// Of what is left at last, which nothing else will mend. Once so many of these resist, the mesh
+// will not come near enough everywhere.
+constexpr size_t kMostPlacesAtLast = 24;
+constexpr size_t kMostResistingAtLast = 3;
+// At first, where there are more, only those that are farther away than so many limits are seen to.
+// At 2 a cloud of 5,353 cells took a second for tries in vain.
 constexpr double kFarShare = 2.5;
 // Gaps this near to one another are one place, edge lengths.
 constexpr double kSamePlace = 1.0;
@@ -192,29 +196,41 @@ class SeatExcerpt {
 class GapSplitter {
  public:
   GapSplitter(const CellComplex& complex, const Hull& hull, const HullFeatures& features,
-              const RunContext& run)
-      : complex_(complex), hull_(hull), features_(features), run_(run), limits_(LimitsFor(hull)) {}
+              FaceDetail detail, const RunContext& run)
+      : complex_(complex),
+        hull_(hull),
+        features_(features),
+        detail_(detail),
+        run_(run),
+        limits_(LimitsFor(hull)),
+        most_places_(IsLast() ? kMostPlacesAtLast : kMostPlaces) {}
 
-  absl::StatusOr<CellComplex> Run() {
-    std::vector<Gap> tried;
+  // Nothing where it has come to nothing.
+  absl::StatusOr<std::optional<CellComplex>> Run() {
     const size_t cell_count = complex_.cells.size();
-    if (CountNear(Places()) > kMostPlaces) beyond_ = kFarShare * limits_.limit;
-    for (std::vector<Gap> places = Places(); CountNear(places) + tried.size() <= kMostPlaces;
-         places = Places()) {
+    std::vector<Gap> places = Places();
+    if (CountNear(places) > most_places_) {
+      if (IsLast()) return std::nullopt;
+      beyond_ = kFarShare * limits_.limit;
+      places = Places();
+    }
+    std::vector<Gap> tried;
+    size_t resisting = 0;
+    for (; CountNear(places) + tried.size() <= most_places_; places = Places()) {
       const auto next = std::find_if(places.begin(), places.end(), [&](const Gap& place) {
         return std::none_of(tried.begin(), tried.end(),
                             [&](const Gap& other) { return AreSame(place, other); });
       });
       if (next == places.end()) break;
       tried.push_back(*next);
-      AMHEX_RETURN_IF_ERROR(SplitAt(*next));
+      AMHEX_ASSIGN_OR_RETURN(const bool is_split, SplitAt(*next));
+      if (!is_split && IsLast() && ++resisting == kMostResistingAtLast) return std::nullopt;
     }
-    if (complex_.cells.size() == cell_count) return std::move(complex_);
+    if (complex_.cells.size() == cell_count) return std::nullopt;
     // Regains what the cells around have lost. Elsewhere the hull has been followed before.
-    std::vector<Vec3d> places;
-    places.reserve(tried.size());
-    for (const Gap& gap : tried) places.push_back(gap.sample);
-    return FollowHullAround(places, std::move(complex_), hull_, features_, run_);
+    std::vector<Vec3d> around;
+    for (const Gap& gap : tried) around.push_back(gap.sample);
+    return FollowHullAround(around, std::move(complex_), hull_, features_, run_);
   }
 
  private:
@@ -224,6 +240,7 @@ class GapSplitter {
     double distance = 0;
   };
 
+  bool IsLast() const { return detail_ == FaceDetail::kClosely; }
   static bool AreSame(const Gap& a, const Gap& b) { return Norm(a.sample - b.sample) < kSamePlace; }
 
   // An input point may be on neither.
@@ -243,8 +260,8 @@ class GapSplitter {
     Placement placement = PreparePlacement(complex_, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
     std::vector<Gap> places;
-    for (const Gap& gap : sampling.GapsBeyond(beyond_, poll)) {
-      if (CountNear(places) > kMostPlaces) break;
+    for (const Gap& gap : sampling.GapsBeyond(beyond_, poll, detail_)) {
+      if (CountNear(places) > most_places_) break;
       if (gap.distance > kOutOfReach) continue;
       if (!IsOnHull(gap.sample) && !IsOnBoundary(gap.sample)) continue;
       const bool is_known = std::any_of(places.begin(), places.end(),
@@ -260,7 +277,8 @@ class GapSplitter {
     return static_cast<size_t>(std::count_if(places.begin(), places.end(), IsNear));
   }
 
-  absl::Status SplitAt(const Gap& gap) {
+  // Whether it is mended.
+  absl::StatusOr<bool> SplitAt(const Gap& gap) {
     AMHEX_RETURN_IF_ERROR(run_.CheckStop());
     const StopPoll poll(run_);
     const bool is_hulls = IsOnHull(gap.sample);
@@ -280,9 +298,9 @@ class GapSplitter {
       const WorkingMesh changed(candidate.complex, poll);
       if (!FindBoundaryDefects(changed, hull_, poll).vertices.empty()) continue;
       complex_ = std::move(candidate.complex);
-      break;
+      return true;
     }
-    return absl::OkStatus();
+    return false;
   }
 
   // Nearest to the hull first.
@@ -336,16 +354,18 @@ class GapSplitter {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    std::vector<Gap> gaps = sampling.GapsBeyond(limits_.limit, poll);
+    std::vector<Gap> gaps = sampling.GapsBeyond(limits_.limit, poll, detail_);
     std::erase_if(gaps, [&](const Gap& gap) { return Norm(gap.sample - place) > kSeenAround; });
-    if (!gaps.empty()) JointDraw(placement, sampling, limits_, kLeastQuality).Run(gaps, run_);
+    if (IsLast()) gaps = DistinctGaps(gaps, poll);
+    if (!gaps.empty())
+      JointDraw(placement, sampling, limits_, kLeastQuality, detail_).Run(gaps, run_);
   }
 
   // The largest distance beyond the limit there; 0 if there is none.
   double DistanceAt(const Vec3d& place, CellComplex& complex, const StopPoll& poll) const {
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll)) {
+    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll, detail_)) {
       if (Norm(gap.sample - place) < kSeenAround) return gap.distance;
     }
     return 0;
@@ -354,8 +374,10 @@ class GapSplitter {
   CellComplex complex_;
   const Hull& hull_;
   const HullFeatures& features_;
+  const FaceDetail detail_;
   const RunContext& run_;
   const DeviationLimits limits_;
+  const size_t most_places_;
   std::vector<Vec3d> samples_;  // of the hull, those far from complex_ among them
   size_t cells_tried_ = 0;
   double beyond_ = limits_.limit;  // of the gaps that are seen to
@@ -364,10 +386,13 @@ class GapSplitter {
 }  // namespace
 
 absl::StatusOr<CellComplex> SplitAtGaps(const CellComplex& complex, const Hull& hull,
-                                        const HullFeatures& features, const RunContext& run) {
+                                        const HullFeatures& features, FaceDetail detail,
+                                        const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (complex.cells.empty()) return complex;
-  return GapSplitter(complex, hull, features, run).Run();
+  AMHEX_ASSIGN_OR_RETURN(std::optional<CellComplex> split,
+                         GapSplitter(complex, hull, features, detail, run).Run());
+  return split.has_value() ? *std::move(split) : complex;
 }
 
 }  // namespace amhex

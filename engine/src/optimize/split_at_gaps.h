@@ -5,6 +5,7 @@
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
 #include "input/hull.h"
+#include "optimize/hull_deviation.h"
 #include "optimize/hull_features.h"
 
 namespace amhex {
@@ -19,9 +20,13 @@ namespace amhex {
 // hull is rougher than cells of this size can follow: only a handful of those that are 2.5 times as
 // far as is wanted is seen to, and nothing where there are more of them, too.
 //
+// `detail` says where faces are looked at. Closely is for what is left at last, up to two dozen
+// places: it changes nothing where there are more, or once three of them resist.
+//
 // Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
 // RunStopped is thrown where no status can be returned.
 absl::StatusOr<CellComplex> SplitAtGaps(const CellComplex& complex, const Hull& hull,
-                                        const HullFeatures& features, const RunContext& run);
+                                        const HullFeatures& features, FaceDetail detail,
+                                        const RunContext& run);
 
 }  // namespace amhex

@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -15,68 +13,24 @@
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
-#include "support/hull_of_mesh.h"
 #include "support/largest_distance.h"
+#include "support/studded_hull.h"
 
 namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
 using testing_support::GridHull;
-using testing_support::GridSize;
+using testing_support::HullWith;
+using testing_support::kStuddedSize;
 using testing_support::LargestDistance;
+using testing_support::Studs;
+using testing_support::StudsAllOver;
 
-constexpr GridSize kSplitSize = {7, 7, 4};
-
-// A box of unit cubes with a point above, or below, the middle of some faces of its top.
-struct Studs {
-  std::vector<std::array<int, 2>> at;  // the faces' least corners
-  double height = 0;
-  double height_of_first = height;
-};
-
-Hull HullWith(const Studs& studs) {
-  TriangleMesh mesh;
-  const int nx = kSplitSize.nx, ny = kSplitSize.ny;
-  const auto id = [&](int x, int y, int layer) { return (layer * (ny + 1) + y) * (nx + 1) + x; };
-  for (const int z : {0, kSplitSize.nz}) {
-    for (int y = 0; y <= ny; ++y) {
-      for (int x = 0; x <= nx; ++x) mesh.vertices.push_back({double(x), double(y), double(z)});
-    }
-  }
-  const auto add_quad = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
-    mesh.triangles.push_back({a, b, c});
-    mesh.triangles.push_back({a, c, d});
-  };
-  for (int y = 0; y < ny; ++y) {
-    for (int x = 0; x < nx; ++x) {
-      add_quad(id(x, y, 0), id(x, y + 1, 0), id(x + 1, y + 1, 0), id(x + 1, y, 0));
-      const int32_t loop[] = {id(x, y, 1), id(x + 1, y, 1), id(x + 1, y + 1, 1), id(x, y + 1, 1)};
-      if (std::find(studs.at.begin(), studs.at.end(), std::array{x, y}) == studs.at.end()) {
-        add_quad(loop[0], loop[1], loop[2], loop[3]);
-        continue;
-      }
-      const auto tip = static_cast<int32_t>(mesh.vertices.size());
-      const bool is_first = studs.at.front() == std::array{x, y};
-      const double height = is_first ? studs.height_of_first : studs.height;
-      mesh.vertices.push_back({x + 0.5, y + 0.5, kSplitSize.nz + height});
-      for (int j = 0; j < 4; ++j) mesh.triangles.push_back({loop[j], loop[(j + 1) % 4], tip});
-    }
-  }
-  for (int x = 0; x < nx; ++x) {
-    add_quad(id(x, 0, 0), id(x + 1, 0, 0), id(x + 1, 0, 1), id(x, 0, 1));
-    add_quad(id(x, ny, 0), id(x, ny, 1), id(x + 1, ny, 1), id(x + 1, ny, 0));
-  }
-  for (int y = 0; y < ny; ++y) {
-    add_quad(id(0, y, 0), id(0, y, 1), id(0, y + 1, 1), id(0, y + 1, 0));
-    add_quad(id(nx, y, 0), id(nx, y + 1, 0), id(nx, y + 1, 1), id(nx, y, 1));
-  }
-  return testing_support::HullOfMesh(mesh);
-}
-
-CellComplex Split(const CellComplex& complex, const Hull& hull) {
+CellComplex Split(const CellComplex& complex, const Hull& hull,
+                  FaceDetail detail = FaceDetail::kFew) {
   const RunContext run;
-  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), run);
+  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), detail, run);
   EXPECT_TRUE(split.ok()) << split.status().ToString();
   return *split;
 }
@@ -86,16 +40,16 @@ TEST(SplitAtGaps, OfNothingIsNothing) {
 }
 
 TEST(SplitAtGaps, LeavesABoundaryOnTheHullAsItIs) {
-  const CellComplex complex = GridComplex(kSplitSize);
-  const CellComplex split = Split(complex, GridHull(kSplitSize, 0.5));
-  EXPECT_EQ(split.vertices, complex.vertices);
-  EXPECT_EQ(split.cells, complex.cells);
+  const CellComplex complex = GridComplex(kStuddedSize);
+  const CellComplex split = Split(complex, GridHull(kStuddedSize, 0.5));
+  EXPECT_TRUE(split.vertices == complex.vertices);
+  EXPECT_TRUE(split.cells == complex.cells);
 }
 
 TEST(SplitAtGaps, ReachesTipsAndPitsThatLieAmidFaces) {
   for (const double height : {0.5, -0.4}) {
     const Hull hull = HullWith({{{3, 3}, {1, 5}}, height});
-    const CellComplex complex = GridComplex(kSplitSize);
+    const CellComplex complex = GridComplex(kStuddedSize);
     const double limit = LimitsFor(hull).limit;
     ASSERT_GT(LargestDistance(complex, hull), limit);
     const CellComplex split = Split(complex, hull);
@@ -110,7 +64,7 @@ TEST(SplitAtGaps, ReachesTipsAndPitsThatLieAmidFaces) {
 
 TEST(SplitAtGaps, ReachesATipThatIsMoreThanAnEdgeLengthAway) {
   const Hull hull = HullWith({{{3, 3}}, 1.1});
-  const CellComplex complex = GridComplex(kSplitSize);
+  const CellComplex complex = GridComplex(kStuddedSize);
   ASSERT_GT(LargestDistance(complex, hull), 1);
   const CellComplex split = Split(complex, hull);
   EXPECT_LE(LargestDistance(split, hull), 0.5);
@@ -120,13 +74,11 @@ TEST(SplitAtGaps, ReachesATipThatIsMoreThanAnEdgeLengthAway) {
 }
 
 TEST(SplitAtGaps, ReachesWhatStandsOutOfARoughHull) {
-  Studs studs{{}, 0.25, 0.6};
-  for (int x = 0; x < kSplitSize.nx; x += 2) {
-    for (int y = 0; y < kSplitSize.ny; y += 2) studs.at.push_back({x, y});
-  }
+  Studs studs = StudsAllOver(0.25, 0, 2);
+  studs.height_of_first = 0.6;
   std::swap(studs.at.front(), studs.at[5]);  // away from the box's edges
   const Hull hull = HullWith(studs);
-  const CellComplex complex = GridComplex(kSplitSize);
+  const CellComplex complex = GridComplex(kStuddedSize);
   const CellComplex split = Split(complex, hull);
   EXPECT_GT(LargestDistance(complex, hull), 0.5);
   EXPECT_LT(LargestDistance(split, hull), 0.3);
@@ -134,27 +86,41 @@ TEST(SplitAtGaps, ReachesWhatStandsOutOfARoughHull) {
 }
 
 TEST(SplitAtGaps, LeavesAHullThatIsRoughAllOverAsItIs) {
-  Studs studs{{}, 0.5};
-  for (int x = 0; x < kSplitSize.nx; x += 2) {
-    for (int y = 0; y < kSplitSize.ny; y += 2) studs.at.push_back({x, y});
-  }
-  const CellComplex complex = GridComplex(kSplitSize);
-  const CellComplex split = Split(complex, HullWith(studs));
-  EXPECT_EQ(split.vertices, complex.vertices);
-  EXPECT_EQ(split.cells, complex.cells);
+  const CellComplex complex = GridComplex(kStuddedSize);
+  const CellComplex split = Split(complex, HullWith(StudsAllOver(0.5, 0, 2)));
+  EXPECT_TRUE(split.vertices == complex.vertices);
+  EXPECT_TRUE(split.cells == complex.cells);
+}
+
+TEST(SplitAtGaps, ReachesMorePlacesWhereTheyAreTheLast) {
+  const Hull hull = HullWith(StudsAllOver(0.4, 1, 3));
+  const CellComplex complex = GridComplex(kStuddedSize);
+  ASSERT_GT(LargestDistance(complex, hull), LimitsFor(hull).limit);
+  const CellComplex split = Split(complex, hull, FaceDetail::kClosely);
+  EXPECT_LE(LargestDistance(split, hull), LimitsFor(hull).limit);
+  EXPECT_GE(SummarizeQuality(split).minimum, 0.31);
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(split));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
+TEST(SplitAtGaps, LeavesTheLastPlacesAsTheyAreOnceSomeResist) {
+  const CellComplex complex = GridComplex(kStuddedSize);
+  const CellComplex split = Split(complex, HullWith(StudsAllOver(0.5, 1, 2)), FaceDetail::kClosely);
+  EXPECT_TRUE(split.vertices == complex.vertices);
+  EXPECT_TRUE(split.cells == complex.cells);
 }
 
 TEST(SplitAtGaps, ReachesForNoPointOfTheInputThatIsOffTheHull) {
   Hull hull = HullWith({});
-  hull.input_points.push_back({3.5, 3.5, kSplitSize.nz + 0.6});
-  hull.input_points.push_back({5.5, 3.5, kSplitSize.nz + 5.0});
-  const CellComplex complex = GridComplex(kSplitSize);
+  hull.input_points.push_back({3.5, 3.5, kStuddedSize.nz + 0.6});
+  hull.input_points.push_back({5.5, 3.5, kStuddedSize.nz + 5.0});
+  const CellComplex complex = GridComplex(kStuddedSize);
   EXPECT_EQ(Split(complex, hull).cells, complex.cells);
 }
 
 TEST(SplitAtGaps, IsTheSameAtAnyThreadCount) {
   const Hull hull = HullWith({{{3, 3}, {1, 5}, {5, 1}}, 0.5});
-  CellComplex complex = GridComplex(kSplitSize);
+  CellComplex complex = GridComplex(kStuddedSize);
   std::vector<CellComplex> results;
   for (const size_t threads : {1, 2, 7}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -171,7 +137,8 @@ TEST(SplitAtGaps, StopsWhenAsked) {
   const Hull hull = HullWith({{{3, 3}}, 0.5});
   RunContext run;
   run.RequestStop();
-  const auto split = SplitAtGaps(GridComplex(kSplitSize), hull, HullFeatures(hull), run);
+  const auto split =
+      SplitAtGaps(GridComplex(kStuddedSize), hull, HullFeatures(hull), FaceDetail::kFew, run);
   EXPECT_EQ(split.status().code(), absl::StatusCode::kCancelled);
 }
 
