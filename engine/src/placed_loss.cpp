@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "closure/rank_complexes.h"
+#include "input/wanted_cells.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/hull_samples.h"
 #include "optimize/raise_quality.h"

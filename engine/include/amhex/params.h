@@ -23,9 +23,10 @@ struct SizingParams {
   int64_t cell_count = 0;  // [0, 20'000'000]
   // Wanted edge length in the user's units; 0 = derive. At most one of the two may be set.
   double edge_length = 0.0;  // [0, inf)
-  // Lattices of slightly different density that are tried, within 9 % of the wanted number of
-  // cells; the mesh comes from the one that fits the solid best. 1 = none but the one asked for;
-  // 0 = the more the smaller the solid. Only the field start has more than one.
+  // The most lattices of slightly different density that are tried, within 9 % of the wanted number
+  // of cells; the mesh comes from the one that fits the solid best, and none is tried after one
+  // that fits it everywhere. 1 = none but the one asked for; 0 = the more the smaller the solid.
+  // Only the field start has more than one.
   int32_t trial_count = 0;  // [0, 12]
 };
 

@@ -8,7 +8,7 @@
 #include "closure/extrude_layer.h"
 #include "closure/fill_wedges.h"
 #include "closure/prepare_cavities.h"
-#include "input/single_layers.h"
+#include "input/wanted_cells.h"
 
 namespace amhex {
 namespace {
@@ -64,11 +64,6 @@ RankedComplex Judge(const CellComplex& complex, size_t index, const Hull& hull, 
 }
 
 }  // namespace
-
-double WantedCells(const Hull& hull, const StopPoll& poll) {
-  const SurfaceOfSolid surface{hull.vertices, hull.triangles, hull.volume};
-  return hull.volume + FindSingleLayers(surface, *hull.queries, 1, poll).ExcessCells(1);
-}
 
 double DeviationLoss(double cell_count, double wanted_cells) {
   const double deviation = std::abs(cell_count / std::max(1.0, wanted_cells) - 1);

@@ -8,13 +8,9 @@
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
-#include "base/stop_poll.h"
 #include "input/hull.h"
 
 namespace amhex {
-
-// How many cells of edge length 1 make the solid: its volume, but for walls of one layer.
-double WantedCells(const Hull& hull, const StopPoll& poll);
 
 // What a mesh of so many cells costs beyond its quality, because another number was wanted: 0 up to
 // 12 % away, then rising.

@@ -22,6 +22,8 @@
 #include "fields/site_clusters.h"
 #include "fields/size_field.h"
 #include "fields/thin_walls.h"
+#include "fields/whole_lattice.h"
+#include "input/wanted_cells.h"
 
 namespace amhex {
 namespace {
@@ -93,6 +95,9 @@ const TrialRecipe& RecipeOf(int trial, const Hull& hull) {
   if (further < kMediumCount) return kOfMedium[static_cast<size_t>(further)];
   return kTrialRecipes[static_cast<size_t>(trial - kMediumCount)];
 }
+
+// Of a lattice that ends the trials, from the wanted number of cells.
+constexpr double kMostDeviation = 0.12;
 
 // Ends of the steps on the stage's progress bar, by their measured cost.
 constexpr double kGridDone = 0.45;  // of the grid's fields
@@ -247,6 +252,15 @@ CoarserLevels LevelsAfter(int trial, int count, const Hull& hull) {
   return CoarserLevels::kGone;
 }
 
+// No other lattice would be better than one that fits and has about as many cells as are wanted.
+bool IsEnough(const Sites& sites, const Hull& hull, const HullSamples& samples,
+              const RunContext& run) {
+  const StopPoll poll(run);
+  if (!fields::IsWholeLattice(sites, samples, poll)) return false;
+  const double deviation = static_cast<double>(sites.count()) / WantedCells(hull, poll) - 1;
+  return std::abs(deviation) < kMostDeviation;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
@@ -291,6 +305,10 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
     if (absl::Status stopped = run.CheckStop(); !stopped.ok()) return stopped;
     if (sites.ok()) {
       trials.push_back(*std::move(sites));
+      if (trial + 1 < count && IsEnough(trials.back(), hull, samples, run)) {
+        trials.erase(trials.begin(), trials.end() - 1);
+        break;
+      }
     } else if (trial == 0) {
       return sites.status();  // what fails as asked for is the user's to know
     }

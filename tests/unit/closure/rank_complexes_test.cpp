@@ -5,6 +5,7 @@
 
 #include "closure/working_mesh.h"
 #include "fixtures/solids.h"
+#include "input/wanted_cells.h"
 #include "support/grid_complex.h"
 #include "support/hull_of_mesh.h"
 

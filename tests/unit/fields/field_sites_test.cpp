@@ -11,6 +11,8 @@
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
 #include "fixtures/solids.h"
+#include "input/sample_hull.h"
+#include "support/hull_of_mesh.h"
 #include "unit/fields/field_fixtures.h"
 
 namespace amhex::fields {
@@ -132,6 +134,19 @@ TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
   ASSERT_EQ(one->front().count(), many->front().count());
   for (int64_t i = 0; i < one->front().count(); ++i) {
     EXPECT_EQ(one->front().position[i], many->front().position[i]);
+  }
+}
+
+TEST(FieldSites, OfALatticeThatFitsNeedNoOtherTrial) {
+  const Hull box = testing_support::HullOfMesh(fixtures::MakeBox({6, 4, 3}, 0.5));
+  const Hull sphere = testing_support::HullOfMesh(fixtures::MakeSphere(2, 0.5));
+  for (const Hull* hull : {&box, &sphere}) {
+    RunContext run;
+    const auto samples = SampleHull(*hull, Backend::kCpu, run);
+    ASSERT_TRUE(samples.ok());
+    const auto trials = PopulateFromFields(*hull, *samples, 3, Backend::kCpu, run);
+    ASSERT_TRUE(trials.ok());
+    EXPECT_EQ(trials->size(), hull == &box ? 1 : 3);
   }
 }
 
