@@ -23,8 +23,8 @@ inline constexpr double kLargeSolid = 2e4;
 // firmly their layers follow the hull and, where they are many or the solid is large, in how far
 // its normals reach into them; the first has exactly the density asked for. All sites
 // lie inside; sizes are the wanted cell extents along the frames' axes; links name the faces to
-// glue. A lattice that fits its solid everywhere (whole_lattice.h) and has within 12 % of the wanted
-// number of cells ends the trials, and is the only one returned.
+// glue. A lattice that fits its solid everywhere (whole_lattice.h) and has within 12 % of the
+// wanted number of cells ends the trials, and is the only one returned.
 //
 // Errors: INVALID_ARGUMENT when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
 // the grid would be too large, CANCELLED, DEADLINE_EXCEEDED. About 0.6 KB and 60 us per node (one
