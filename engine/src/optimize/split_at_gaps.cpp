@@ -229,6 +229,7 @@ class GapSplitter {
     if (complex_.cells.size() == cell_count) return std::nullopt;
     // Regains what the cells around have lost. Elsewhere the hull has been followed before.
     std::vector<Vec3d> around;
+    around.reserve(tried.size());
     for (const Gap& gap : tried) around.push_back(gap.sample);
     return FollowHullAround(around, std::move(complex_), hull_, features_, run_);
   }
