@@ -29,7 +29,7 @@ int CountOfTrials(double cell_count, const MeshingParams& params);
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params);
 
 struct AssembledTrials {
-  std::vector<CellComplex> complexes;     // one per trial that was started
+  std::vector<CellComplex> complexes;     // of those trials that came this far, one at least
   std::vector<std::string> device_notes;  // what the device had no room for, each once
 };
 

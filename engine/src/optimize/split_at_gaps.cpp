@@ -196,11 +196,11 @@ class SeatExcerpt {
 class GapSplitter {
  public:
   GapSplitter(const CellComplex& complex, const Hull& hull, const HullFeatures& features,
-              FaceDetail detail, const RunContext& run)
+              SplitTurn turn, const RunContext& run)
       : complex_(complex),
         hull_(hull),
         features_(features),
-        detail_(detail),
+        turn_(turn),
         run_(run),
         limits_(LimitsFor(hull)),
         most_places_(IsLast() ? kMostPlacesAtLast : kMostPlaces) {}
@@ -241,7 +241,8 @@ class GapSplitter {
     double distance = 0;
   };
 
-  bool IsLast() const { return detail_ == FaceDetail::kClosely; }
+  bool IsLast() const { return turn_ == SplitTurn::kLast; }
+  FaceDetail Detail() const { return IsLast() ? FaceDetail::kClosely : FaceDetail::kFew; }
   static bool AreSame(const Gap& a, const Gap& b) { return Norm(a.sample - b.sample) < kSamePlace; }
 
   // An input point may be on neither.
@@ -261,7 +262,7 @@ class GapSplitter {
     Placement placement = PreparePlacement(complex_, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
     std::vector<Gap> places;
-    for (const Gap& gap : sampling.GapsBeyond(beyond_, poll, detail_)) {
+    for (const Gap& gap : sampling.GapsBeyond(beyond_, poll, Detail())) {
       if (CountNear(places) > most_places_) break;
       if (gap.distance > kOutOfReach) continue;
       if (!IsOnHull(gap.sample) && !IsOnBoundary(gap.sample)) continue;
@@ -355,18 +356,18 @@ class GapSplitter {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    std::vector<Gap> gaps = sampling.GapsBeyond(limits_.limit, poll, detail_);
+    std::vector<Gap> gaps = sampling.GapsBeyond(limits_.limit, poll, Detail());
     std::erase_if(gaps, [&](const Gap& gap) { return Norm(gap.sample - place) > kSeenAround; });
     if (IsLast()) gaps = DistinctGaps(gaps, poll);
     if (!gaps.empty())
-      JointDraw(placement, sampling, limits_, kLeastQuality, detail_).Run(gaps, run_);
+      JointDraw(placement, sampling, limits_, kLeastQuality, Detail()).Run(gaps, run_);
   }
 
   // The largest distance beyond the limit there; 0 if there is none.
   double DistanceAt(const Vec3d& place, CellComplex& complex, const StopPoll& poll) const {
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll, detail_)) {
+    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll, Detail())) {
       if (Norm(gap.sample - place) < kSeenAround) return gap.distance;
     }
     return 0;
@@ -375,7 +376,7 @@ class GapSplitter {
   CellComplex complex_;
   const Hull& hull_;
   const HullFeatures& features_;
-  const FaceDetail detail_;
+  const SplitTurn turn_;
   const RunContext& run_;
   const DeviationLimits limits_;
   const size_t most_places_;
@@ -387,12 +388,12 @@ class GapSplitter {
 }  // namespace
 
 absl::StatusOr<CellComplex> SplitAtGaps(const CellComplex& complex, const Hull& hull,
-                                        const HullFeatures& features, FaceDetail detail,
+                                        const HullFeatures& features, SplitTurn turn,
                                         const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (complex.cells.empty()) return complex;
   AMHEX_ASSIGN_OR_RETURN(std::optional<CellComplex> split,
-                         GapSplitter(complex, hull, features, detail, run).Run());
+                         GapSplitter(complex, hull, features, turn, run).Run());
   return split.has_value() ? *std::move(split) : complex;
 }
 

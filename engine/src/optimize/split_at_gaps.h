@@ -1,14 +1,17 @@
 // Puts vertices into the boundary where it stays too far from the hull because none is there.
 #pragma once
 
+#include <cstdint>
+
 #include "absl/status/statusor.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
 #include "input/hull.h"
-#include "optimize/hull_deviation.h"
 #include "optimize/hull_features.h"
 
 namespace amhex {
+
+enum class SplitTurn : uint8_t { kFirst, kLast };
 
 // For a complex that has been drawn to its hull (follow_hull.h). Where a sample is still farther
 // away than is wanted, a vertex on the hull divides the nearest face of the boundary or one of its
@@ -20,13 +23,13 @@ namespace amhex {
 // hull is rougher than cells of this size can follow: only a handful of those that are 2.5 times as
 // far as is wanted is seen to, and nothing where there are more of them, too.
 //
-// `detail` says where faces are looked at. Closely is for what is left at last, up to two dozen
-// places: it changes nothing where there are more, or once three of them resist.
+// At last, faces are looked at closely (FaceDetail), and up to two dozen places are seen to: all or
+// nothing, so nothing changes where there are more, or once three of them resist.
 //
 // Requires a closed complex. Same result at any thread count. Errors: CANCELLED, DEADLINE_EXCEEDED;
 // RunStopped is thrown where no status can be returned.
 absl::StatusOr<CellComplex> SplitAtGaps(const CellComplex& complex, const Hull& hull,
-                                        const HullFeatures& features, FaceDetail detail,
+                                        const HullFeatures& features, SplitTurn turn,
                                         const RunContext& run);
 
 }  // namespace amhex

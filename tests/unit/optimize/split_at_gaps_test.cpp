@@ -28,9 +28,9 @@ using testing_support::Studs;
 using testing_support::StudsAllOver;
 
 CellComplex Split(const CellComplex& complex, const Hull& hull,
-                  FaceDetail detail = FaceDetail::kFew) {
+                  SplitTurn turn = SplitTurn::kFirst) {
   const RunContext run;
-  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), detail, run);
+  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), turn, run);
   EXPECT_TRUE(split.ok()) << split.status().ToString();
   return *split;
 }
@@ -96,7 +96,7 @@ TEST(SplitAtGaps, ReachesMorePlacesWhereTheyAreTheLast) {
   const Hull hull = HullWith(StudsAllOver(0.4, 1, 3));
   const CellComplex complex = GridComplex(kStuddedSize);
   ASSERT_GT(LargestDistance(complex, hull), LimitsFor(hull).limit);
-  const CellComplex split = Split(complex, hull, FaceDetail::kClosely);
+  const CellComplex split = Split(complex, hull, SplitTurn::kLast);
   EXPECT_LE(LargestDistance(split, hull), LimitsFor(hull).limit);
   EXPECT_GE(SummarizeQuality(split).minimum, 0.31);
   const ValidationReport report = ValidateMesh(testing_support::MeshOf(split));
@@ -105,7 +105,7 @@ TEST(SplitAtGaps, ReachesMorePlacesWhereTheyAreTheLast) {
 
 TEST(SplitAtGaps, LeavesTheLastPlacesAsTheyAreOnceSomeResist) {
   const CellComplex complex = GridComplex(kStuddedSize);
-  const CellComplex split = Split(complex, HullWith(StudsAllOver(0.5, 1, 2)), FaceDetail::kClosely);
+  const CellComplex split = Split(complex, HullWith(StudsAllOver(0.5, 1, 2)), SplitTurn::kLast);
   EXPECT_TRUE(split.vertices == complex.vertices);
   EXPECT_TRUE(split.cells == complex.cells);
 }
@@ -138,7 +138,7 @@ TEST(SplitAtGaps, StopsWhenAsked) {
   RunContext run;
   run.RequestStop();
   const auto split =
-      SplitAtGaps(GridComplex(kStuddedSize), hull, HullFeatures(hull), FaceDetail::kFew, run);
+      SplitAtGaps(GridComplex(kStuddedSize), hull, HullFeatures(hull), SplitTurn::kFirst, run);
   EXPECT_EQ(split.status().code(), absl::StatusCode::kCancelled);
 }
 
