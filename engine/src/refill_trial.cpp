@@ -19,6 +19,27 @@ namespace {
 
 // Of one trial, the first one included.
 constexpr int kMaxFillings = 3;
+// Of more places that stay too far from the hull hardly all come near.
+constexpr size_t kMostPlacesDrawnAgain = 8;
+
+// The last steps towards the hull: places that are still too far from it are drawn there or get a
+// vertex more, and edges become long enough. At an edge of next to no length nothing could move, so
+// a few places are drawn once more after that.
+absl::StatusOr<CellComplex> Finish(CellComplex complex, const Improvement& with,
+                                   const RunContext& run) {
+  const auto lengthen = [&](CellComplex drawn) {
+    return LengthenEdges(std::move(drawn), with.hull, with.features, run);
+  };
+  AMHEX_ASSIGN_OR_RETURN(RestDrawn drawn,
+                         DrawRest(std::move(complex), with.hull, with.features, run));
+  if (drawn.is_near) return lengthen(std::move(drawn.complex));
+  AMHEX_ASSIGN_OR_RETURN(complex, SplitRest(std::move(drawn.complex), with, run));
+  AMHEX_ASSIGN_OR_RETURN(complex, lengthen(std::move(complex)));
+  AMHEX_ASSIGN_OR_RETURN(drawn,
+                         DrawRest(complex, with.hull, with.features, run, kMostPlacesDrawnAgain));
+  if (drawn.complex.vertices == complex.vertices) return complex;
+  return lengthen(std::move(drawn.complex));
+}
 
 }  // namespace
 
@@ -36,10 +57,7 @@ absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_fol
   }
   AMHEX_ASSIGN_OR_RETURN(refilled,
                          SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
-  AMHEX_ASSIGN_OR_RETURN(refilled, DrawRest(std::move(refilled), with.hull, with.features, run));
-  AMHEX_ASSIGN_OR_RETURN(refilled, SplitRest(std::move(refilled), with, run));
-  AMHEX_ASSIGN_OR_RETURN(refilled,
-                         LengthenEdges(std::move(refilled), with.hull, with.features, run));
+  AMHEX_ASSIGN_OR_RETURN(refilled, Finish(std::move(refilled), with, run));
   const StopPoll poll(run);
   const bool is_valid =
       ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid();

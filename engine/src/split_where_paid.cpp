@@ -41,7 +41,9 @@ absl::StatusOr<CellComplex> SplitRest(CellComplex complex, const Improvement& wi
     AMHEX_ASSIGN_OR_RETURN(CellComplex split,
                            SplitAtGaps(complex, with.hull, with.features, SplitTurn::kLast, run));
     if (split.cells.size() == complex.cells.size()) break;
-    AMHEX_ASSIGN_OR_RETURN(split, DrawRest(std::move(split), with.hull, with.features, run));
+    AMHEX_ASSIGN_OR_RETURN(RestDrawn drawn,
+                           DrawRest(std::move(split), with.hull, with.features, run));
+    split = std::move(drawn.complex);
     if (!before.has_value()) before = LossOf(complex, with, kMendableMinimum, poll);
     const PlacedLoss after = LossOf(split, with, kMendableMinimum, poll);
     const double worth = after.distance == 0 && before->distance > 0 ? kWorthOfNearness : 0.0;

@@ -1,6 +1,7 @@
 #include "optimize/draw_rest.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "base/status_macros.h"
@@ -14,11 +15,9 @@
 namespace amhex {
 namespace {
 
-// So many are drawn in one round, the farthest. Where points scatter and there are more, none is:
-// up to 150 took a quarter of the run of a noisy cloud, whose farthest point went from 0.59 to 0.51
-// % of the diagonal.
-constexpr size_t kMostPlaces = 64;
-// Nor is any where there are more and a part is lost: they are at that part.
+// Where points scatter and there are more places than are drawn in one round, none is: up to 150
+// took a quarter of the run of a noisy cloud, whose farthest point went from 0.59 to 0.51 % of the
+// diagonal. Nor is any where there are more and a part is lost: they are at that part.
 // What mends one place may cost the next.
 constexpr int kRounds = 5;
 // Of the limits: distances are measured at other places than these, too.
@@ -33,21 +32,24 @@ constexpr double kMostDrawingFloor = 0.5;
 
 class RestDraw {
  public:
-  RestDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits)
-      : placement_(placement), sampling_(sampling), limits_(limits) {}
+  RestDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
+           size_t most_places)
+      : placement_(placement), sampling_(sampling), limits_(limits), most_places_(most_places) {}
 
-  void Run(const RunContext& run) {
+  // Whether all is near then.
+  bool Run(const RunContext& run) {
     const double minimum = MinimumNow(run);
     const double floor = std::clamp(minimum, kLeastQuality, kMostDrawingFloor);
     std::vector<Gap> places = DrawAbove(floor, run);
-    if (places.empty() || floor == kLeastQuality) return;
+    if (places.empty() || floor == kLeastQuality) return places.empty();
     // The minimum is worth giving up for a mesh that is near enough everywhere, not for less.
     const std::vector<Vec3d> before = placement_.complex.vertices;
     places = DrawAbove(kLeastQuality, run);
     const bool is_near_enough =
         places.empty() || places.front().distance <= limits_.limit / kMargin;
-    if (is_near_enough || MinimumNow(run) >= floor) return;
+    if (is_near_enough || MinimumNow(run) >= floor) return places.empty();
     placement_.complex.vertices = before;
+    return false;
   }
 
  private:
@@ -63,11 +65,12 @@ class RestDraw {
   // Returns the places that are left.
   std::vector<Gap> DrawAbove(double floor, const RunContext& run) {
     std::vector<Gap> places = Places(run);
+    if (most_places_ < kMostPlacesDrawn && places.size() > most_places_) return places;
     JointDraw draw(placement_, sampling_, limits_, floor, FaceDetail::kClosely);
     for (int round = 0; round < kRounds; ++round) {
-      if (places.size() > kMostPlaces) {
+      if (places.size() > kMostPlacesDrawn) {
         if (sampling_.points_scatter() || places.front().distance > kLostDistance) break;
-        places.resize(kMostPlaces);
+        places.resize(kMostPlacesDrawn);
       }
       if (places.empty() || !draw.Run(places, run)) break;
       places = Places(run);
@@ -78,6 +81,7 @@ class RestDraw {
   Placement& placement_;
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
+  const size_t most_places_;
 };
 
 // Around what has moved. The boundary stays as near as it is.
@@ -95,10 +99,11 @@ absl::Status RegainInside(const std::vector<Vec3d>& before, Placement& placement
 
 }  // namespace
 
-absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
-                                     const HullFeatures& features, const RunContext& run) {
+absl::StatusOr<RestDrawn> DrawRest(CellComplex complex, const Hull& hull,
+                                   const HullFeatures& features, const RunContext& run,
+                                   size_t most_places) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  if (complex.cells.empty()) return complex;
+  if (complex.cells.empty()) return RestDrawn{std::move(complex), true};
   const StopPoll poll(run);
   Placement placement = PreparePlacement(complex, features, poll);
   const HullSampling sampling(hull, placement, poll);
@@ -107,11 +112,13 @@ absl::StatusOr<CellComplex> DrawRest(CellComplex complex, const Hull& hull,
   limits.mended *= kMarginOfMended;
   limits.worth = kWorthAtLast;
   const std::vector<Vec3d> before = complex.vertices;
-  RestDraw(placement, sampling, limits).Run(run);
+  bool is_near = RestDraw(placement, sampling, limits, most_places).Run(run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   AMHEX_RETURN_IF_ERROR(RegainInside(before, placement, run));
+  const std::vector<Vec3d> drawn = complex.vertices;
   TakeBackDefects(hull, before, poll, &complex);
-  return complex;
+  is_near = is_near && complex.vertices == drawn;
+  return RestDrawn{std::move(complex), is_near};
 }
 
 }  // namespace amhex

@@ -38,7 +38,7 @@ CellComplex Drawn(const CellComplex& complex, const Hull& hull) {
   const RunContext run;
   auto drawn = DrawRest(complex, hull, HullFeatures(hull), run);
   EXPECT_TRUE(drawn.ok()) << drawn.status().ToString();
-  return *drawn;
+  return drawn->complex;
 }
 
 TEST(FacePlaces, AreSpreadOverTheFaceEachOnce) {
@@ -219,6 +219,25 @@ TEST(DrawRest, IsTheSameAtAnyThreadCount) {
   }
   EXPECT_NE(results[0].vertices, complex.vertices);
   for (const CellComplex& other : results) EXPECT_EQ(results[0].vertices, other.vertices);
+}
+
+TEST(DrawRest, TellsWhetherAllIsNear) {
+  const Roof roof{2.5, 0.5};
+  const Hull hull = HullUnder(roof);
+  const CellComplex complex = CubesUnder(roof);
+  const HullFeatures features(hull);
+  const RunContext run;
+  const auto refused = DrawRest(complex, hull, features, run, 0);
+  ASSERT_TRUE(refused.ok());
+  EXPECT_FALSE(refused->is_near) << "of more places than asked for nothing is drawn";
+  EXPECT_TRUE(refused->complex.vertices == complex.vertices);
+  const auto drawn = DrawRest(complex, hull, features, run);
+  ASSERT_TRUE(drawn.ok());
+  EXPECT_TRUE(drawn->is_near);
+  const auto again = DrawRest(drawn->complex, hull, features, run, 0);
+  ASSERT_TRUE(again.ok());
+  EXPECT_TRUE(again->is_near) << "there is none";
+  EXPECT_TRUE(again->complex.vertices == drawn->complex.vertices);
 }
 
 TEST(DrawRest, StopsWhenAsked) {
