@@ -75,7 +75,7 @@ constexpr std::array<TrialRecipe, kMaxTrials> kTrialRecipes = {{{1.0, 1.0, kLigh
 // How far the hull's normals should reach into a solid, and how firmly its lattice should be
 // closed, differs from solid to solid: against the first recipe, these weights leave a fifth fewer
 // faces open in a hand or a coarse bunny and a sixth more in a fine bunny (docs/results.md). Solids
-// of more than 2,000 cells try them, large ones at once, others as the third and fourth.
+// of more than 2,000 cells try them, large ones at first, others as the third and fourth.
 constexpr TrialRecipe WithFadingNormals(double grid, double sites, double hull_edge_weight) {
   return {grid, sites, hull_edge_weight, 600, 100, 0.7};
 }
@@ -87,7 +87,7 @@ constexpr TrialRecipe kOfLarge = WithFadingNormals(1.0, 1.0, kLightly);
 const TrialRecipe& RecipeOf(int trial, const Hull& hull) {
   constexpr int kOfAll = 2;
   constexpr int kMediumCount = static_cast<int>(kOfMedium.size());
-  if (trial == 1 && hull.volume > kLargeSolid) return kOfLarge;
+  if (hull.volume > kLargeSolid && trial < kOfAll) return trial == 0 ? kOfLarge : kTrialRecipes[0];
   if (trial < kOfAll || hull.volume <= kSmallSolid) {
     return kTrialRecipes[static_cast<size_t>(trial)];
   }
