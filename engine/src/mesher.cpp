@@ -61,8 +61,11 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
                          AssembleTrials(hull, samples, plan, params, run));
   AMHEX_ASSIGN_OR_RETURN(ClosedTrials closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
-  AMHEX_ASSIGN_OR_RETURN(const PlacedTrial placed,
-                         PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run));
+  SpareTrial spare;
+  if (plan.has_spare) spare = [&] { return AssembleSpare(hull, samples, plan, params, run); };
+  AMHEX_ASSIGN_OR_RETURN(
+      const PlacedTrial placed,
+      PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run, spare));
   AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
   AMHEX_ASSIGN_OR_RETURN(MeshingResult result, GuardStage(run, Stage::kValidate, [&] {
                            ReportCells(placed.complex, run);  // the last trial need not be the best

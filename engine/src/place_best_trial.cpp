@@ -55,13 +55,14 @@ struct Best {
 };
 
 // The trials in the order of their turns: those that were placed beside each other, the other
-// closed ones, those that wait, those that resist while nothing else is valid; each is brought as
-// far as that when its turn comes.
+// closed ones, those that wait, those that resist while nothing else is valid, the spare one; each
+// is brought as far as that when its turn comes.
 class Turns {
  public:
   Turns(const std::vector<CellComplex>& assemblies, ClosedTrials trials, PlacedCandidates placed,
-        const Improvement& with)
+        const SpareTrial& spare, const Improvement& with)
       : assemblies_(assemblies),
+        make_spare_(spare),
         closed_(std::move(trials.closed)),
         waiting_(std::move(trials.waiting)),
         resisting_(std::move(trials.resisting)),
@@ -71,9 +72,13 @@ class Turns {
 
   // How many have a turn, of all that there are, where a choice of `least` is wanted.
   size_t Count(size_t least) const {
-    return std::max(placed_.size(),
-                    std::min(closed_.size() + waiting_.size() + resisting_.size(), least));
+    return std::max(placed_.size(), std::min(Given() + (make_spare_ ? 1 : 0), least));
   }
+
+  const CellComplex& Assembly(size_t index) const {
+    return index < assemblies_.size() ? assemblies_[index] : spare_.complexes.front();
+  }
+  const std::vector<std::string>& device_notes() const { return spare_.device_notes; }
 
   // Turn `i`, after those before it. Nothing where the trial cannot be closed, or is not likely to
   // be better than the best one when it is refilled and followed.
@@ -84,6 +89,8 @@ class Turns {
   }
 
  private:
+  size_t Given() const { return closed_.size() + waiting_.size() + resisting_.size(); }
+
   // What refilling mends of one that has not been drawn to the hull is not known before. Where the
   // best one stays too far from it, that is hoped for.
   double LeastLikely(const PlacedCandidate& next, const Best& best) const {
@@ -100,13 +107,18 @@ class Turns {
       complex = std::move(closed_[i].complex);
     } else {
       const size_t turn = i - closed_.size();
-      assembly = turn < waiting_.size() ? waiting_[turn] : resisting_[turn - waiting_.size()];
-      if (turn >= waiting_.size() && best.complex.has_value()) {
-        return std::optional<PlacedCandidate>();
+      if (i == Given()) {
+        if (!AssembleSpare()) return std::optional<PlacedCandidate>();
+        assembly = assemblies_.size();
+      } else if (turn < waiting_.size()) {
+        assembly = waiting_[turn];
+      } else {
+        if (best.complex.has_value()) return std::optional<PlacedCandidate>();
+        assembly = resisting_[turn - waiting_.size()];
       }
       const Closing closing{.may_fail = best.complex.has_value(), .most_others = best.MostOthers()};
       absl::StatusOr<CellComplex> late =
-          CloseComplex(assemblies_[assembly], with_.hull, with_.params, run, closing);
+          CloseComplex(Assembly(assembly), with_.hull, with_.params, run, closing);
       AMHEX_RETURN_IF_ERROR(run.CheckStop());
       if (!late.ok()) return std::optional<PlacedCandidate>();
       complex = *std::move(late);
@@ -118,7 +130,16 @@ class Turns {
     return std::optional<PlacedCandidate>({assembly, std::move(complex), others, false, loss});
   }
 
+  // Whether there is one; what failed is no worse than not to have it.
+  bool AssembleSpare() {
+    absl::StatusOr<AssembledTrials> spare = make_spare_();
+    if (spare.ok()) spare_ = *std::move(spare);
+    return !spare_.complexes.empty();
+  }
+
   const std::vector<CellComplex>& assemblies_;
+  const SpareTrial& make_spare_;
+  AssembledTrials spare_;  // once its turn has come
   std::vector<ClosedTrial> closed_;
   std::vector<size_t> waiting_;
   std::vector<size_t> resisting_;
@@ -129,13 +150,12 @@ class Turns {
 
 // Of the assemblies, all of which broke the law with their first filling, the first one with a
 // valid filling; the last attempt where there is none.
-absl::StatusOr<CellComplex> FillFirstAnew(const std::vector<CellComplex>& assemblies,
-                                          const std::vector<size_t>& broken,
+absl::StatusOr<CellComplex> FillFirstAnew(const Turns& turns, const std::vector<size_t>& broken,
                                           const Improvement& with, RunContext& run) {
   absl::StatusOr<RefilledTrial> last =
       absl::InternalError("no valid mesh was found; try another cell count");
   for (size_t i = 0; i < broken.size() && !(last.ok() && last->is_valid); ++i) {
-    absl::StatusOr<RefilledTrial> next = FillAnew(assemblies[broken[i]], with, run);
+    absl::StatusOr<RefilledTrial> next = FillAnew(turns.Assembly(broken[i]), with, run);
     AMHEX_RETURN_IF_ERROR(run.CheckStop());
     if (next.ok() || !last.ok()) last = std::move(next);
   }
@@ -143,10 +163,11 @@ absl::StatusOr<CellComplex> FillFirstAnew(const std::vector<CellComplex>& assemb
   return std::move(last->complex);
 }
 
-absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,
-                                   const Improvement& with, RunContext& run) {
+absl::StatusOr<PlacedTrial> BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,
+                                   const SpareTrial& spare, const Improvement& with,
+                                   RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(PlacedCandidates placed, PlaceCandidates(trials.closed, with, run));
-  Turns turns(assemblies, std::move(trials), std::move(placed), with);
+  Turns turns(assemblies, std::move(trials), std::move(placed), spare, with);
   const bool has_choice = turns.Count(kLeastChoice) > 1;
   const bool points_scatter = PointsScatter(with.hull, StopPoll(run));
   Best best;
@@ -170,21 +191,27 @@ absl::StatusOr<CellComplex> BestOf(const std::vector<CellComplex>& assemblies, C
     best.Update(*std::move(next));
     if (is_good) break;
   }
-  if (best.complex.has_value()) return *std::move(best.complex);
-  return FillFirstAnew(assemblies, broken, with, run);
+  if (!best.complex.has_value()) {
+    AMHEX_ASSIGN_OR_RETURN(best.complex, FillFirstAnew(turns, broken, with, run));
+  }
+  return PlacedTrial{*std::move(best.complex), turns.device_notes()};
 }
 
 }  // namespace
 
 absl::StatusOr<PlacedTrial> PlaceBestTrial(const std::vector<CellComplex>& assemblies,
                                            ClosedTrials trials, const Hull& hull,
-                                           const MeshingParams& params, RunContext& run) {
+                                           const MeshingParams& params, RunContext& run,
+                                           const SpareTrial& spare) {
   return GuardStage(run, Stage::kPlaceVertices, [&]() -> absl::StatusOr<PlacedTrial> {
     AMHEX_ASSIGN_OR_RETURN(DeviceUse device, DeviceUse::Choose(params.run.backend));
     const HullFeatures features(hull, StopPoll(run));
     const Improvement with{hull, features, params, &device};
-    AMHEX_ASSIGN_OR_RETURN(CellComplex best, BestOf(assemblies, std::move(trials), with, run));
-    return PlacedTrial{std::move(best), device.notes()};
+    AMHEX_ASSIGN_OR_RETURN(PlacedTrial best,
+                           BestOf(assemblies, std::move(trials), spare, with, run));
+    const std::vector<std::string> notes = device.notes();
+    best.device_notes.insert(best.device_notes.end(), notes.begin(), notes.end());
+    return best;
   });
 }
 

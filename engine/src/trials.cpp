@@ -122,14 +122,17 @@ absl::StatusOr<std::vector<Sites>> Populate(const Hull& hull, const HullSamples&
   return only;
 }
 
-// Adds those of all trials, each once.
+// Adds those of one trial, each once.
+template <class Trial>
+void AddDeviceNotesOf(const Trial& trial, std::vector<std::string>& notes) {
+  for (const std::string& note : trial.device_notes) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  }
+}
+
 template <class Trial>
 void AddDeviceNotes(const std::vector<Trial>& trials, std::vector<std::string>& notes) {
-  for (const Trial& trial : trials) {
-    for (const std::string& note : trial.device_notes) {
-      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
-    }
-  }
+  for (const Trial& trial : trials) AddDeviceNotesOf(trial, notes);
 }
 
 }  // namespace
@@ -148,6 +151,8 @@ TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
   TrialPlan plan;
   plan.started = CountOfTrials(hull.volume, params);
   plan.closed = std::min(plan.started, LittleWorkOf(hull).closed);
+  plan.has_spare = plan.started == 1 && params.sizing.trial_count == 0 &&
+                   params.relaxation.initialization == Initialization::kField;
   return plan;
 }
 
@@ -179,6 +184,23 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
                          RunTrials(run, Stage::kAssemble, cubes, [&](const MergedCubes& trial) {
                            return AssembleCells(*table++, trial, params, run);
                          }));
+  return assembled;
+}
+
+absl::StatusOr<AssembledTrials> AssembleSpare(const Hull& hull, const HullSamples& samples,
+                                              const TrialPlan& plan, const MeshingParams& params,
+                                              RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(const Sites sites,
+                         PopulateTrial(hull, samples, plan.started, params.run.backend, run));
+  AMHEX_ASSIGN_OR_RETURN(const Sites relaxed, RelaxSites(hull, samples, sites, params, run));
+  AMHEX_ASSIGN_OR_RETURN(const MergedCubes cubes, MatchAndMerge(relaxed, hull, params, run));
+  AMHEX_ASSIGN_OR_RETURN(const PrimitiveTable primitives, ExtractTopology(cubes, params, run));
+  AMHEX_ASSIGN_OR_RETURN(CellComplex complex, AssembleCells(primitives, cubes, params, run));
+  AssembledTrials assembled;
+  assembled.complexes.push_back(std::move(complex));
+  AddDeviceNotesOf(relaxed, assembled.device_notes);
+  AddDeviceNotesOf(cubes, assembled.device_notes);
+  AddDeviceNotesOf(primitives, assembled.device_notes);
   return assembled;
 }
 

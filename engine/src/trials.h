@@ -19,13 +19,15 @@ namespace amhex {
 struct TrialPlan {
   int started = 1;  // populated and assembled
   int closed = 1;   // at least, unless fewer can be
+  // Whether another one is assembled where the only one turns out poor.
+  bool has_spare = false;
 };
 
 // How many trials a run of about so many cells starts.
 int CountOfTrials(double cell_count, const MeshingParams& params);
 
-// What `params` ask for or, with trial_count 0, the more the smaller the solid. One only with
-// starts other than the field start.
+// What `params` ask for or, with trial_count 0, the more the smaller the solid; of large ones one
+// and a spare. One only with starts other than the field start.
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params);
 
 struct AssembledTrials {
@@ -37,6 +39,11 @@ struct AssembledTrials {
 absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSamples& samples,
                                                const TrialPlan& plan, const MeshingParams& params,
                                                RunContext& run);
+
+// The trial after those that the plan starts, as part of the stage that runs.
+absl::StatusOr<AssembledTrials> AssembleSpare(const Hull& hull, const HullSamples& samples,
+                                              const TrialPlan& plan, const MeshingParams& params,
+                                              RunContext& run);
 
 struct ClosedTrial {
   size_t assembly = 0;  // index of the complex it comes from

@@ -261,25 +261,23 @@ bool IsEnough(const Sites& sites, const Hull& hull, const HullSamples& samples,
   return std::abs(deviation) < kMostDeviation;
 }
 
-}  // namespace
-
-absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
-                                                      int trial_count, Backend backend,
-                                                      RunContext& run) {
+// Those from `first` on, below `count`.
+absl::StatusOr<std::vector<Sites>> PopulateTrials(const Hull& hull, const HullSamples& samples,
+                                                  int first, int count, Backend backend,
+                                                  RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(DeviceUse choice, DeviceUse::Choose(backend));
   DeviceUse* const device = choice.uses_device() ? &choice : nullptr;
-  const int count = std::min(trial_count, kMaxTrials);
   std::vector<Sites> trials;
   std::optional<GridFields> solved;
   SharedForms forms;  // of that grid
-  for (int trial = 0; trial < count; ++trial) {
+  for (int trial = first; trial < count; ++trial) {
     const TrialRecipe& recipe = RecipeOf(trial, hull);
-    const fields::ProgressSlice slice(run, static_cast<double>(trial) / count,
-                                      (trial + 1.0) / count);
-    if (trial == 0 || !recipe.SharesFrames(RecipeOf(trial - 1, hull))) {
+    const fields::ProgressSlice slice(run, static_cast<double>(trial - first) / (count - first),
+                                      (trial - first + 1.0) / (count - first));
+    if (trial == first || !recipe.SharesFrames(RecipeOf(trial - 1, hull))) {
       forms.clear();  // before the next takes memory
       std::optional<fields::BackgroundGrid> grid;
-      if (trial > 0 && recipe.grid == RecipeOf(trial - 1, hull).grid) {
+      if (trial > first && recipe.grid == RecipeOf(trial - 1, hull).grid) {
         grid = std::move(solved->grid);
       }
       solved.reset();
@@ -309,12 +307,27 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
         trials.erase(trials.begin(), trials.end() - 1);
         break;
       }
-    } else if (trial == 0) {
+    } else if (trial == first) {
       return sites.status();  // what fails as asked for is the user's to know
     }
   }
   for (Sites& sites : trials) sites.device_notes = choice.notes();
   return trials;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
+                                                      int trial_count, Backend backend,
+                                                      RunContext& run) {
+  return PopulateTrials(hull, samples, 0, std::min(trial_count, kMaxTrials), backend, run);
+}
+
+absl::StatusOr<Sites> PopulateTrial(const Hull& hull, const HullSamples& samples, int trial,
+                                    Backend backend, RunContext& run) {
+  AMHEX_ASSIGN_OR_RETURN(std::vector<Sites> only,
+                         PopulateTrials(hull, samples, trial, trial + 1, backend, run));
+  return std::move(only.front());
 }
 
 }  // namespace amhex

@@ -36,4 +36,8 @@ absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const Hu
                                                       int trial_count, Backend backend,
                                                       RunContext& run);
 
+// One of those trials, [0, kMaxTrials), alone.
+absl::StatusOr<Sites> PopulateTrial(const Hull& hull, const HullSamples& samples, int trial,
+                                    Backend backend, RunContext& run);
+
 }  // namespace amhex

@@ -137,6 +137,19 @@ TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
   }
 }
 
+TEST(FieldSites, OfOneTrialAloneAreThoseItHasAmongOthers) {
+  const Hull hull = HullOf(fixtures::MakeSphere(2, 0.5));
+  RunContext run;
+  const auto all = PopulateFromFields(hull, HullSamples{}, 5, Backend::kCpu, run);
+  ASSERT_TRUE(all.ok());
+  for (const int trial : {0, 1, 4}) {
+    const auto alone = PopulateTrial(hull, HullSamples{}, trial, Backend::kCpu, run);
+    ASSERT_TRUE(alone.ok());
+    EXPECT_TRUE(alone->position == (*all)[trial].position) << trial;
+    EXPECT_TRUE(alone->size == (*all)[trial].size) << trial;
+  }
+}
+
 TEST(FieldSites, OfALatticeThatFitsNeedNoOtherTrial) {
   const Hull box = testing_support::HullOfMesh(fixtures::MakeBox({6, 4, 3}, 0.5));
   const Hull sphere = testing_support::HullOfMesh(fixtures::MakeSphere(2, 0.5));

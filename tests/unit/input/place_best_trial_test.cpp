@@ -42,14 +42,15 @@ CellComplex GridWithHole() {
   return mesh.ToComplex();
 }
 
-CellComplex BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials) {
+CellComplex BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,
+                   const SpareTrial& spare = {}) {
   Hull hull = testing_support::GridHull(kSize, 1);
   hull.volume = kSize.nx * kSize.ny * kSize.nz;
   MeshingParams params;
   params.run.backend = Backend::kCpu;
   RunContext run;
   absl::StatusOr<PlacedTrial> best =
-      PlaceBestTrial(assemblies, std::move(trials), hull, params, run);
+      PlaceBestTrial(assemblies, std::move(trials), hull, params, run, spare);
   EXPECT_TRUE(best.ok()) << best.status();
   return best.ok() ? std::move(best->complex) : CellComplex();
 }
@@ -72,6 +73,30 @@ TEST(PlaceBestTrial, ClosesATrialThatWaitsWhereNoOtherIsValid) {
   trials.closed = {{0, TwiceOver(GridComplex(kSize))}};
   trials.waiting = {1};
   const CellComplex best = BestOf({TwiceOver(GridComplex(kSize)), GridWithHole()}, trials);
+  EXPECT_TRUE(ValidateMesh(MeshOf(best)).valid());
+}
+
+TEST(PlaceBestTrial, AssemblesTheSpareOneOnlyWhereTheOnlyOneIsPoor) {
+  const CellComplex grid = GridComplex(kSize);
+  for (const bool is_poor : {false, true}) {
+    int assembled = 0;
+    const SpareTrial spare = [&] {
+      ++assembled;
+      return AssembledTrials{{GridWithHole()}, {}};
+    };
+    ClosedTrials trials;
+    trials.closed = {{0, is_poor ? TwiceOver(grid) : grid}};
+    const CellComplex best = BestOf({TwiceOver(grid)}, std::move(trials), spare);
+    EXPECT_EQ(assembled, is_poor ? 1 : 0);
+    EXPECT_TRUE(ValidateMesh(MeshOf(best)).valid());
+  }
+}
+
+TEST(PlaceBestTrial, DoesWithoutASpareOneThatFails) {
+  const SpareTrial spare = [] { return absl::ResourceExhaustedError("too large"); };
+  ClosedTrials trials;
+  trials.closed = {{0, TwiceOver(GridComplex(kSize))}};
+  const CellComplex best = BestOf({GridWithHole()}, std::move(trials), spare);
   EXPECT_TRUE(ValidateMesh(MeshOf(best)).valid());
 }
 

@@ -40,6 +40,17 @@ TEST(PlanTrials, ClosesOneOfTwoButMoreOfSmallSolids) {
   EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 2);
 }
 
+TEST(PlanTrials, HasASpareWhereOneIsTheDefault) {
+  MeshingParams params;
+  EXPECT_TRUE(PlanTrials(OfVolume(5e4), params).has_spare);
+  EXPECT_FALSE(PlanTrials(OfVolume(1e4), params).has_spare);
+  params.sizing.trial_count = 1;
+  EXPECT_FALSE(PlanTrials(OfVolume(5e4), params).has_spare);
+  params.sizing.trial_count = 0;
+  params.relaxation.initialization = Initialization::kGrid;
+  EXPECT_FALSE(PlanTrials(OfVolume(5e4), params).has_spare);
+}
+
 TEST(PlanTrials, DoesWhatIsAskedForAtAnySize) {
   MeshingParams params;
   for (const int asked : {1, 2, 12}) {
