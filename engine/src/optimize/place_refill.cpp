@@ -47,9 +47,6 @@ constexpr int kMostLayers = 1;           // of kAttempts
 // be seen: a corner of the hull finds its vertex up to 1.1 edge lengths away.
 constexpr int kMovingRings = 2;
 constexpr int kSeenRings = 2;
-// Larger openings are not refilled: in 23 meshes no filling of more than 41 cells was taken, and
-// one of 90 takes one to two seconds of a core.
-constexpr size_t kMostCellsRefilled = 60;
 // A place is better if what its cells lack to kWanted, squared, falls to this share.
 constexpr double kWanted = 0.32;
 constexpr double kWorthwhileShare = 0.8;

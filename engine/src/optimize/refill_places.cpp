@@ -30,23 +30,10 @@ bool IsPointed(PrimitiveType type) {
   return type == PrimitiveType::kPyramid || type == PrimitiveType::kTetrahedron;
 }
 
-// Poor cells with the whole of their stars; those that share a face make one place. Worst first.
-std::vector<Place> FindPlaces(const WorkingMesh& mesh, const CellLists& cells_at,
-                              const StopPoll& poll) {
-  const std::vector<double> quality = CellQualities(mesh, {}, poll);
-  std::vector<uint8_t> is_open(mesh.cell_slots(), 0);
-  const auto is_apex = [&](int32_t v) {
-    return std::all_of(cells_at[v].begin(), cells_at[v].end(),
-                       [&](int cell) { return IsPointed(mesh.type(cell)); });
-  };
-  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-    if (quality[cell] >= kPoor) continue;
-    is_open[cell] = 1;
-    for (const int32_t v : VerticesOf(mesh.corners(cell))) {
-      if (!is_apex(v)) continue;
-      for (const int other : cells_at[v]) is_open[other] = 1;
-    }
-  }
+// Those of `is_open` that share a face make one place, if they are few enough; those of places that
+// are too large to be refilled are `large`.
+std::vector<Place> Connected(const WorkingMesh& mesh, const std::vector<double>& quality,
+                             std::vector<uint8_t> is_open, std::vector<int>* large) {
   std::vector<Place> places;
   for (int seed = 0; seed < mesh.cell_slots(); ++seed) {
     if (!is_open[seed]) continue;
@@ -63,7 +50,38 @@ std::vector<Place> FindPlaces(const WorkingMesh& mesh, const CellLists& cells_at
       }
     }
     std::sort(place.cells.begin(), place.cells.end());
+    if (place.cells.size() > kMostCellsRefilled) {
+      large->insert(large->end(), place.cells.begin(), place.cells.end());
+    }
     if (place.cells.size() <= kMostCellsOpened) places.push_back(std::move(place));
+  }
+  return places;
+}
+
+// Poor cells with the whole of their stars, and without them where these are too many to be
+// refilled. Worst first.
+std::vector<Place> FindPlaces(const WorkingMesh& mesh, const CellLists& cells_at,
+                              const StopPoll& poll) {
+  const std::vector<double> quality = CellQualities(mesh, {}, poll);
+  std::vector<uint8_t> is_open(mesh.cell_slots(), 0);
+  const auto is_apex = [&](int32_t v) {
+    return std::all_of(cells_at[v].begin(), cells_at[v].end(),
+                       [&](int cell) { return IsPointed(mesh.type(cell)); });
+  };
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (quality[cell] >= kPoor) continue;
+    is_open[cell] = 1;
+    for (const int32_t v : VerticesOf(mesh.corners(cell))) {
+      if (!is_apex(v)) continue;
+      for (const int other : cells_at[v]) is_open[other] = 1;
+    }
+  }
+  std::vector<int> large;
+  std::vector<Place> places = Connected(mesh, quality, std::move(is_open), &large);
+  is_open.assign(mesh.cell_slots(), 0);
+  for (const int cell : large) is_open[cell] = quality[cell] < kPoor;
+  for (Place& place : Connected(mesh, quality, std::move(is_open), &large)) {
+    places.push_back(std::move(place));
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const Place& a, const Place& b) { return a.quality < b.quality; });

@@ -94,6 +94,22 @@ TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
   }
 }
 
+// Stars that share faces make one place, and it is too large to be opened as a whole.
+TEST(RefillPlaces, MendsPoorCellsOfManyStarsTogether) {
+  const GridSize n{8, 8, 5};
+  std::vector<Vec3d> places;
+  for (int x = 1; x < 7; ++x) {
+    for (int y = 1; y < 7; ++y) places.push_back({x + 0.5, y + 0.5, 2.5});
+  }
+  const CellComplex complex = WithPoorStars(n, places);
+  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
+  const CellComplex refilled = Refilled(complex, GridHull(n, 0.5));
+  EXPECT_GT(SummarizeQuality(refilled).average, SummarizeQuality(complex).average + 0.02);
+  EXPECT_GT(SummarizeQuality(refilled).minimum, 0.25);
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(refilled));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
 // A grid with every third cell left out, more or less, and what closing puts there.
 CellComplex ClosedWithGaps(const GridSize& n, const Hull& hull, unsigned seed) {
   WorkingMesh mesh(GridComplex(n));
