@@ -6,7 +6,7 @@
 namespace amhex {
 
 // Seconds on the CPU backend with two threads, from docs/results.md: chosen so that most
-// models there are near; clouds of organic shapes take up to 5.3 times as long. Boxy solids and
+// models there are near; clouds of organic shapes take up to nine times as long. Boxy solids and
 // organic ones, which leave much to close and to place, lie up to seven times apart at the same
 // number of cells.
 inline constexpr double kSecondsPerCell = 0.30e-3;

@@ -17,7 +17,8 @@ inline constexpr int kMaxTrials = 12;
 // Solids of more wanted cells start from one lattice, the frames of which trust the hull's normals
 // less than those of the first lattice of smaller ones; a second one has these. Of 35 solids of
 // 22,000 to 120,000 cells neither is better than the other in the mean, and the better of both
-// gains a thousandth of the average of all cells, for a third of the time (docs/performance.md).
+// gains a thousandth of the average of all cells, for a quarter to a third of the time
+// (docs/performance.md).
 inline constexpr double kLargeSolid = 2e4;
 
 // One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
