@@ -27,6 +27,7 @@ class CloudField : public SurfaceField {
 
   const HullQueries& discs() const { return discs_; }
   const CloudSamples& samples() const { return samples_; }
+  const PointTree& tree() const { return tree_; }  // of their positions
 
  private:
   struct Local {

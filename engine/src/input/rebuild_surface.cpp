@@ -13,6 +13,7 @@
 #include "input/cloud_field.h"
 #include "input/cloud_samples.h"
 #include "input/edge_length.h"
+#include "input/fair_openings.h"
 #include "input/hull_queries.h"
 #include "input/level_surface.h"
 #include "input/orient_components.h"
@@ -336,6 +337,7 @@ absl::StatusOr<ClosedSurface> RebuildFromCloud(const PointCloud& cloud, const Wa
                          SpacingFor(area, wanted_spacing, edge_length, CellsWanted(wanted, box)));
   AMHEX_ASSIGN_OR_RETURN(TriangleMesh mesh,
                          ExtractLevel(GridAround(box, spacing), field, used.position, run));
+  FairOpenings(used, field.tree(), edge_length, spacing, mesh, StopPoll(run));
   AMHEX_ASSIGN_OR_RETURN(ClosedSurface surface, KeepPieces(std::move(mesh), edge_length));
   surface.warnings.insert(surface.warnings.begin(), warnings.begin(), warnings.end());
   surface.input_points = used.position;
