@@ -24,9 +24,10 @@ constexpr double kNormalWeight = 1.0;
 // than about 25 degrees.
 constexpr double kFadingCreaseCosine = 0.9;
 
-// A face between two sides that meet in an acute ridge, and agrees with neither (cosine), is the
-// blunt end of cells that stop that far before it, in edge lengths.
-constexpr double kBluntAgreement = 0.5;
+// A face between two sides that meet in an acute ridge, and looks ahead between them rather than to
+// either, is the blunt end of cells that stop that far before it, in edge lengths. Where rows as
+// thin as hairs end a face is soon turned by a quarter of a right angle: one taken for a side's
+// would be tied to the ridge, and the rows crumple.
 constexpr double kBluntReach = 0.3;
 
 using PatchList = std::vector<int32_t>;
@@ -54,9 +55,10 @@ bool IsBluntEnd(const Vec3d& middle, const Vec3d& face_normal, const HullPoint& 
       features.AdjacentPatches(features.PatchOf(nearest.triangle));
   return std::any_of(adjacent.begin(), adjacent.end(), [&](int32_t other) {
     const HullPoint across = features.ClosestOnPatch(other, middle);
-    return across.distance <= kBluntReach && Dot(face_normal, across.normal) < kBluntAgreement &&
-           Dot(nearest.normal, across.normal) < kAcuteRidgeCosine &&
-           Dot(face_normal, nearest.normal + across.normal) > 0;
+    if (across.distance > kBluntReach) return false;
+    if (Dot(nearest.normal, across.normal) >= kAcuteRidgeCosine) return false;
+    const double ahead = Dot(face_normal, Normalized(nearest.normal + across.normal));
+    return ahead > Dot(face_normal, nearest.normal) && ahead > Dot(face_normal, across.normal);
   });
 }
 
@@ -81,7 +83,7 @@ bool LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
   normal = nearest.normal;
   const double agreement = Dot(face_normal, normal);
   if (agreement >= kPlainAgreement) return false;
-  if (agreement < kBluntAgreement && IsBluntEnd(middle, face_normal, nearest, features)) {
+  if (IsBluntEnd(middle, face_normal, nearest, features)) {
     normal = face_normal;
     return true;
   }
