@@ -51,6 +51,8 @@ std::vector<double> DistanceRatios(const CloudSamples& samples, const PointTree&
 
 // Vertices beyond the rim, connected by edges, with one in an opening among them.
 std::vector<Opening> FindOpenings(const TriangleMesh& mesh, const std::vector<double>& ratios) {
+  const auto is_in_opening = [](double ratio) { return ratio > kInOpening; };
+  if (std::none_of(ratios.begin(), ratios.end(), is_in_opening)) return {};
   std::vector<std::vector<int32_t>> neighbours(ratios.size());
   for (const auto& t : mesh.triangles) {
     for (size_t i = 0; i < 3; ++i) {
@@ -61,7 +63,7 @@ std::vector<Opening> FindOpenings(const TriangleMesh& mesh, const std::vector<do
   std::vector<Opening> openings;
   std::vector<uint8_t> is_taken(ratios.size(), 0);
   for (size_t start = 0; start < ratios.size(); ++start) {
-    if (ratios[start] <= kInOpening || is_taken[start] != 0) continue;
+    if (!is_in_opening(ratios[start]) || is_taken[start] != 0) continue;
     Opening opening;
     std::vector<int32_t> reached = {static_cast<int32_t>(start)};
     is_taken[start] = 1;
