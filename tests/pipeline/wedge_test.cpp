@@ -49,5 +49,24 @@ INSTANTIATE_TEST_SUITE_P(Mesher, Wedges,
                                   std::to_string(std::get<1>(test.param));
                          });
 
+// The angle between a spike's opposite sides.
+class SpikesOfManyCells : public ::testing::TestWithParam<int> {};
+
+TEST_P(SpikesOfManyCells, AreFilledUpToTheirTip) {
+  MeshingParams params;
+  params.sizing.cell_count = 600;
+  params.run.backend = Backend::kCpu;
+  RunContext run;
+  const absl::StatusOr<MeshingResult> result =
+      Mesh(Turned(fixtures::MakeSpike(GetParam(), 20), 37), params, run);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(testing_support::BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_GE(result->statistics.min_scaled_jacobian, 0.25);
+  // Cells that end where they have room leave out up to a quarter of it.
+  EXPECT_LE(result->statistics.input_to_mesh_max, 0.015);
+}
+
+INSTANTIATE_TEST_SUITE_P(Mesher, SpikesOfManyCells, ::testing::Values(4, 8, 20));
+
 }  // namespace
 }  // namespace amhex

@@ -18,10 +18,12 @@ namespace {
 // The narrow face that rows end on is this far before the edge, in edge lengths: less than what a
 // boundary may miss of the hull (optimize/hull_deviation).
 constexpr double kNose = 0.12;
-// Faces are extended whose middle is this near, and that look at the edge (cosine).
+// Faces are extended whose middle is this near, at a tip farther if it is narrow for longer, and
+// that look at the edge or tip (cosine).
 constexpr double kReach = 5.5;
 constexpr double kMinLookCosine = 0.6;
-// The nearest cells are taken away up to so far from the edge. Farther off there is room for cells.
+// The nearest cells are taken away up to so far from the edge, at a tip farther by the same share.
+// Beyond that there is room for cells.
 constexpr std::array<double, 9> kTakenAway = {0, 0.8, 1.4, 2.0, 2.6, 3.2, 3.8, 4.4, 5.0};
 // What stands out of the wall that is left goes as well, in so many rounds and up to so much
 // farther.
@@ -35,6 +37,16 @@ constexpr double kCellsPerOpenFace = 1.8;
 // Corners are tested for overlap this far towards the centre (closure/extrude_layer).
 constexpr double kOverlapShrink = 0.25;
 constexpr double kOverlapReach = 2.5;
+
+// A tip is an edge as short as this, in edge lengths, which ends in it from outside.
+constexpr double kTipLength = 0.01;
+
+// What cells are extended to.
+struct AcuteEnd {
+  const SegmentQueries& line;
+  double reach;
+  bool has_notches;  // of layers that end between its sides
+};
 
 // What is left to be done, in cells that will be no hexahedra.
 double CostOf(const WorkingMesh& mesh) {
@@ -52,18 +64,18 @@ int CountOpen(const WorkingMesh& mesh, int cell) {
   }));
 }
 
-// Extends the faces of one mesh to one piece of ridge.
+// Extends the faces of one mesh to one end.
 class Extension {
  public:
-  Extension(const Hull& hull, const SegmentQueries& ridge, WorkingMesh* mesh, const StopPoll& poll)
-      : ridge_(ridge), mesh_(*mesh), poll_(poll), side_(hull, mesh, poll) {}
+  Extension(const Hull& hull, const AcuteEnd& end, WorkingMesh* mesh, const StopPoll& poll)
+      : ridge_(end.line), reach_(end.reach), mesh_(*mesh), poll_(poll), side_(hull, mesh, poll) {}
 
   // Returns the number of new cells.
   int Run() {
     const std::vector<CellFace> faces = FacesThatLook();
     if (faces.empty()) return 0;
     double distance = 0;
-    for (const CellFace& face : faces) distance += ridge_.Closest(Middle(face), kReach).distance;
+    for (const CellFace& face : faces) distance += ridge_.Closest(Middle(face), reach_).distance;
     distance /= static_cast<double>(faces.size());
     columns_ = std::max(1, static_cast<int>(std::lround(distance - kNose)));
     const int first = mesh_.cell_slots();
@@ -100,7 +112,7 @@ class Extension {
     std::vector<CellFace> faces;
     for (const CellFace& face : mesh_.OpenFaces()) {
       const Vec3d middle = Middle(face);
-      const SegmentPoint nearest = ridge_.Closest(middle, kReach);
+      const SegmentPoint nearest = ridge_.Closest(middle, reach_);
       if (face.count != 4 || nearest.segment < 0 || nearest.distance < kNose) continue;
       const Vec3d way = (nearest.point - middle) / nearest.distance;
       if (Dot(way, FaceUnitNormal(face, mesh_.vertices())) < kMinLookCosine) continue;
@@ -112,7 +124,7 @@ class Extension {
   // Of the sides of a face the two that lead from one side of the hull to the other are those
   // across the ridge's direction.
   double HeightOf(const CellFace& face) const {
-    const SegmentPoint nearest = ridge_.Closest(Middle(face), kReach);
+    const SegmentPoint nearest = ridge_.Closest(Middle(face), reach_);
     const LineSegment& segment = ridge_.segment(nearest.segment);
     const Vec3d along = Normalized(segment.second - segment.first);
     double height = 0;
@@ -128,7 +140,7 @@ class Extension {
     std::vector<int32_t>& column = column_of_[v];
     if (!column.empty()) return column;
     const Vec3d from = mesh_.vertices()[v];
-    const SegmentPoint nearest = ridge_.Closest(from, 2 * kReach);
+    const SegmentPoint nearest = ridge_.Closest(from, 2 * reach_);
     const Vec3d to = nearest.point + (from - nearest.point) * (kNose / nearest.distance);
     const bool on_hull = side_.Holds(v);
     for (int k = 1; k <= columns_; ++k) {
@@ -172,7 +184,7 @@ class Extension {
     for (int cell = 0; cell < first; ++cell) {
       if (!mesh_.alive(cell)) continue;
       if (ridge_
-              .Closest(CellCentroid(mesh_.corners(cell), mesh_.vertices()), kReach + kOverlapReach)
+              .Closest(CellCentroid(mesh_.corners(cell), mesh_.vertices()), reach_ + kOverlapReach)
               .segment >= 0) {
         older.push_back(cell);
       }
@@ -205,6 +217,7 @@ class Extension {
   }
 
   const SegmentQueries& ridge_;
+  const double reach_;
   WorkingMesh& mesh_;
   const StopPoll poll_;
   HullSide side_;
@@ -238,11 +251,37 @@ void TakeAway(const SegmentQueries& ridge, double distance, int levellings, Work
   }
 }
 
-bool HasOpenFacesNear(const SegmentQueries& ridge, const WorkingMesh& mesh) {
+bool HasOpenFacesNear(const AcuteEnd& end, const WorkingMesh& mesh) {
   const std::vector<CellFace> open = mesh.OpenFaces();
   return std::any_of(open.begin(), open.end(), [&](const CellFace& face) {
-    return ridge.Closest(FaceCentroid(face, mesh.vertices()), kReach).segment >= 0;
+    return end.line.Closest(FaceCentroid(face, mesh.vertices()), end.reach).segment >= 0;
   });
+}
+
+// True if its cells have changed.
+bool ExtendTo(const Hull& hull, const AcuteEnd& end, WorkingMesh* mesh, const StopPoll& poll) {
+  if (!HasOpenFacesNear(end, *mesh)) return false;
+  double least = CostOf(*mesh);
+  const WorkingMesh before = *mesh;
+  bool is_better = false;
+  for (const double distance : kTakenAway) {
+    for (const int levellings : kLevellings) {
+      if (distance == 0 && levellings > 0) break;  // nothing is taken away
+      poll.Now();
+      WorkingMesh tried = before;
+      TakeAway(end.line, distance * end.reach / kReach, levellings, &tried);
+      Extension extension(hull, end, &tried, poll);
+      if (extension.Run() == 0) continue;
+      if (end.has_notches) FillNotches(hull, &tried, poll);
+      if (extension.LeavesSidesOpen()) continue;
+      const double cost = CostOf(tried);
+      if (cost >= least) continue;
+      least = cost;
+      *mesh = std::move(tried);
+      is_better = true;
+    }
+  }
+  return is_better;
 }
 
 }  // namespace
@@ -251,28 +290,18 @@ int ExtendToRidges(const Hull& hull, const std::vector<SegmentQueries>& ridges, 
                    const StopPoll& poll) {
   int changed = 0;
   for (const SegmentQueries& ridge : ridges) {
-    if (!HasOpenFacesNear(ridge, *mesh)) continue;
-    double least = CostOf(*mesh);
-    const WorkingMesh before = *mesh;
-    bool is_better = false;
-    for (const double distance : kTakenAway) {
-      for (const int levellings : kLevellings) {
-        if (distance == 0 && levellings > 0) break;  // nothing is taken away
-        poll.Now();
-        WorkingMesh tried = before;
-        TakeAway(ridge, distance, levellings, &tried);
-        Extension extension(hull, ridge, &tried, poll);
-        if (extension.Run() == 0) continue;
-        FillNotches(hull, &tried, poll);
-        if (extension.LeavesSidesOpen()) continue;
-        const double cost = CostOf(tried);
-        if (cost >= least) continue;
-        least = cost;
-        *mesh = std::move(tried);
-        is_better = true;
-      }
-    }
-    changed += is_better ? 1 : 0;
+    changed += ExtendTo(hull, {ridge, kReach, true}, mesh, poll) ? 1 : 0;
+  }
+  return changed;
+}
+
+int ExtendToTips(const Hull& hull, const std::vector<AcuteTip>& tips, WorkingMesh* mesh,
+                 const StopPoll& poll) {
+  int changed = 0;
+  for (const AcuteTip& tip : tips) {
+    const SegmentQueries line({{tip.apex, tip.apex + tip.outward * kTipLength}});
+    const AcuteEnd end{line, std::max(kReach, tip.narrow), false};
+    changed += ExtendTo(hull, end, mesh, poll) ? 1 : 0;
   }
   return changed;
 }

@@ -1,10 +1,12 @@
-// Tips of wedges: where cells end before an acute edge of the hull, the rows go on to it.
+// Tips of wedges and spikes: where cells end before an acute edge of the hull, or before an acute
+// tip, the rows go on to it.
 #pragma once
 
 #include <vector>
 
 #include "base/stop_poll.h"
 #include "closure/working_mesh.h"
+#include "input/acute_tips.h"
 #include "input/hull.h"
 #include "optimize/segment_queries.h"
 
@@ -20,5 +22,10 @@ namespace amhex {
 // together) whose cells have changed. Throws RunStopped when `poll` does.
 int ExtendToRidges(const Hull& hull, const std::vector<SegmentQueries>& ridges, WorkingMesh* mesh,
                    const StopPoll& poll = {});
+
+// The same where the solid tapers off to a point: columns that become as narrow as it does, and end
+// on narrow faces just before it. Notches are left to stars.
+int ExtendToTips(const Hull& hull, const std::vector<AcuteTip>& tips, WorkingMesh* mesh,
+                 const StopPoll& poll = {});
 
 }  // namespace amhex

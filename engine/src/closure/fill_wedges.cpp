@@ -9,6 +9,7 @@
 namespace amhex {
 
 void FillWedges(const Hull& hull, WorkingMesh* mesh, const StopPoll& poll) {
+  ExtendToTips(hull, AcuteTips(hull, poll), mesh, poll);
   const std::vector<SegmentQueries> ridges = AcuteRidges(hull);
   if (ridges.empty()) return;
   FillNotches(hull, mesh, poll);

@@ -49,6 +49,7 @@ HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll)
   BuildCreases(hull);
   poll.Now();
   FindCorners(hull);
+  tips_ = AcuteTips(hull, poll);
   MakeView();
 }
 

@@ -14,6 +14,7 @@
 #include "amhex/vec3.h"
 #include "base/stop_poll.h"
 #include "exec/resident_slot.h"
+#include "input/acute_tips.h"
 #include "input/hull.h"
 #include "input/hull_queries.h"
 #include "optimize/feature_view.h"
@@ -43,6 +44,7 @@ class HullFeatures {
   int32_t patch_count() const { return static_cast<int32_t>(patch_queries_.size()); }
   int32_t PatchOf(int32_t triangle) const { return patch_of_triangle_[triangle]; }
   const std::vector<HullCorner>& corners() const { return corners_; }
+  const std::vector<AcuteTip>& tips() const { return tips_; }
   // Patches that share a crease with `patch`, ascending.
   const std::vector<int32_t>& AdjacentPatches(int32_t patch) const { return adjacent_[patch]; }
 
@@ -77,6 +79,7 @@ class HullFeatures {
   std::vector<std::vector<int32_t>> adjacent_;
   std::map<std::pair<int32_t, int32_t>, SegmentQueries> creases_;  // by (lower, higher) patch
   std::vector<HullCorner> corners_;
+  std::vector<AcuteTip> tips_;
   // For the view.
   std::vector<HullView> patch_views_;
   std::vector<CreaseView> crease_views_;

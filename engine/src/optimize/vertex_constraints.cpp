@@ -29,6 +29,7 @@ constexpr double kFadingCreaseCosine = 0.9;
 // thin as hairs end a face is soon turned by a quarter of a right angle: one taken for a side's
 // would be tied to the ridge, and the rows crumple.
 constexpr double kBluntReach = 0.3;
+constexpr double kTipAgreement = 0.6;  // cosine: sides of an acute tip have less than 0.43
 
 using PatchList = std::vector<int32_t>;
 
@@ -45,6 +46,15 @@ Vec3d FaceMiddle(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d sum;
   for (int j = 0; j < face.count; ++j) sum += vertices[face.v[j]];
   return sum / static_cast<double>(face.count);
+}
+
+// The same before an acute tip.
+bool IsBluntTip(const Vec3d& middle, const Vec3d& face_normal, const HullFeatures& features) {
+  const std::vector<AcuteTip>& tips = features.tips();
+  return std::any_of(tips.begin(), tips.end(), [&](const AcuteTip& tip) {
+    return SquaredNorm(middle - tip.apex) < kBluntReach * kBluntReach &&
+           Dot(face_normal, tip.outward) > kTipAgreement;
+  });
 }
 
 // `nearest` is the hull's closest point to the face's middle.
@@ -83,7 +93,8 @@ bool LocateFace(const CellFace& face, const std::vector<Vec3d>& vertices,
   normal = nearest.normal;
   const double agreement = Dot(face_normal, normal);
   if (agreement >= kPlainAgreement) return false;
-  if (IsBluntEnd(middle, face_normal, nearest, features)) {
+  if (IsBluntTip(middle, face_normal, features) ||
+      IsBluntEnd(middle, face_normal, nearest, features)) {
     normal = face_normal;
     return true;
   }

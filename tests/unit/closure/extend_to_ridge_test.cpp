@@ -87,5 +87,38 @@ TEST(AcuteRidges, AreEdgesOfTheSolidAndNotOfSlits) {
   EXPECT_TRUE(AcuteRidges(hull).empty());
 }
 
+// The columns of a spike, with the walls between them, up to just before its tip.
+class Spikes : public ::testing::TestWithParam<int> {};
+
+TEST_P(Spikes, AreFilledUpToTheirTip) {
+  constexpr double kAngle = 12, kWall = 4;
+  const GridSize size = {6, GetParam(), GetParam()};
+  const Hull hull = HullOfMesh(fixtures::MakeSpike(kAngle, kWall + size.nx));
+  WorkingMesh mesh(testing_support::SpikeComplex(kAngle, kWall, size));
+  ASSERT_TRUE(mesh.HasOpenFaces());
+  EXPECT_EQ(ExtendToTips(hull, AcuteTips(hull), &mesh), 1);
+  EXPECT_FALSE(mesh.HasOpenFaces());
+  double volume = 0, nearest = 1e9;
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (!mesh.alive(cell)) continue;
+    EXPECT_TRUE(mesh.is_hexahedron(cell));
+    volume += CellVolume(mesh.corners(cell), mesh.vertices());
+    for (const int32_t v : mesh.corners(cell)) nearest = std::min(nearest, mesh.vertices()[v].x);
+  }
+  EXPECT_GT(nearest, 0.05);
+  EXPECT_LT(nearest, 0.16);
+  EXPECT_NEAR(volume, hull.volume, 0.002);
+}
+
+INSTANTIATE_TEST_SUITE_P(ExtendToTips, Spikes, ::testing::Values(1, 2, 3));
+
+TEST(ExtendToTips, LeavesBluntOnesAlone) {
+  const GridSize size = {6, 2, 2};
+  const Hull hull = HullOfMesh(fixtures::MakeSpike(70, 2.0 + size.nx));
+  WorkingMesh mesh(testing_support::SpikeComplex(70, 2, size));
+  EXPECT_EQ(ExtendToTips(hull, AcuteTips(hull), &mesh), 0);
+  EXPECT_EQ(mesh.OpenFaces().size(), 4u);
+}
+
 }  // namespace
 }  // namespace amhex
