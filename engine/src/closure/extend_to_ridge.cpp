@@ -15,7 +15,7 @@
 namespace amhex {
 namespace {
 
-// The narrow face that rows end on is this far before the edge, in edge lengths: less than what a
+// The narrow face that rows end on is this far before an edge, in edge lengths: less than what a
 // boundary may miss of the hull (optimize/hull_deviation).
 constexpr double kNose = 0.12;
 // Faces are extended whose middle is this near, at a tip farther if it is narrow for longer, and
@@ -45,6 +45,7 @@ constexpr double kTipLength = 0.01;
 struct AcuteEnd {
   const SegmentQueries& line;
   double reach;
+  double nose;       // cells end so far before it
   bool has_notches;  // of layers that end between its sides
 };
 
@@ -68,7 +69,12 @@ int CountOpen(const WorkingMesh& mesh, int cell) {
 class Extension {
  public:
   Extension(const Hull& hull, const AcuteEnd& end, WorkingMesh* mesh, const StopPoll& poll)
-      : ridge_(end.line), reach_(end.reach), mesh_(*mesh), poll_(poll), side_(hull, mesh, poll) {}
+      : ridge_(end.line),
+        reach_(end.reach),
+        nose_(end.nose),
+        mesh_(*mesh),
+        poll_(poll),
+        side_(hull, mesh, poll) {}
 
   // Returns the number of new cells.
   int Run() {
@@ -77,7 +83,7 @@ class Extension {
     double distance = 0;
     for (const CellFace& face : faces) distance += ridge_.Closest(Middle(face), reach_).distance;
     distance /= static_cast<double>(faces.size());
-    columns_ = std::max(1, static_cast<int>(std::lround(distance - kNose)));
+    columns_ = std::max(1, static_cast<int>(std::lround(distance - nose_)));
     const int first = mesh_.cell_slots();
     for (const CellFace& face : faces) Extend(face);
     DropOverlapping(first);
@@ -113,7 +119,7 @@ class Extension {
     for (const CellFace& face : mesh_.OpenFaces()) {
       const Vec3d middle = Middle(face);
       const SegmentPoint nearest = ridge_.Closest(middle, reach_);
-      if (face.count != 4 || nearest.segment < 0 || nearest.distance < kNose) continue;
+      if (face.count != 4 || nearest.segment < 0 || nearest.distance < nose_) continue;
       const Vec3d way = (nearest.point - middle) / nearest.distance;
       if (Dot(way, FaceUnitNormal(face, mesh_.vertices())) < kMinLookCosine) continue;
       if (HeightOf(face) >= kMinRowHeight) faces.push_back(face);
@@ -141,7 +147,7 @@ class Extension {
     if (!column.empty()) return column;
     const Vec3d from = mesh_.vertices()[v];
     const SegmentPoint nearest = ridge_.Closest(from, 2 * reach_);
-    const Vec3d to = nearest.point + (from - nearest.point) * (kNose / nearest.distance);
+    const Vec3d to = nearest.point + (from - nearest.point) * (nose_ / nearest.distance);
     const bool on_hull = side_.Holds(v);
     for (int k = 1; k <= columns_; ++k) {
       const double part = static_cast<double>(k) / columns_;
@@ -218,6 +224,7 @@ class Extension {
 
   const SegmentQueries& ridge_;
   const double reach_;
+  const double nose_;
   WorkingMesh& mesh_;
   const StopPoll poll_;
   HullSide side_;
@@ -290,7 +297,7 @@ int ExtendToRidges(const Hull& hull, const std::vector<SegmentQueries>& ridges, 
                    const StopPoll& poll) {
   int changed = 0;
   for (const SegmentQueries& ridge : ridges) {
-    changed += ExtendTo(hull, {ridge, kReach, true}, mesh, poll) ? 1 : 0;
+    changed += ExtendTo(hull, {ridge, kReach, kNose, true}, mesh, poll) ? 1 : 0;
   }
   return changed;
 }
@@ -300,7 +307,7 @@ int ExtendToTips(const Hull& hull, const std::vector<AcuteTip>& tips, WorkingMes
   int changed = 0;
   for (const AcuteTip& tip : tips) {
     const SegmentQueries line({{tip.apex, tip.apex + tip.outward * kTipLength}});
-    const AcuteEnd end{line, std::max(kReach, tip.narrow), false};
+    const AcuteEnd end{line, std::max(kReach, tip.narrow), tip.blunted, false};
     changed += ExtendTo(hull, end, mesh, poll) ? 1 : 0;
   }
   return changed;

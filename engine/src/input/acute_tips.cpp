@@ -1,5 +1,6 @@
 #include "input/acute_tips.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -15,6 +16,10 @@ constexpr double kTangent = 0.4663;
 // The solid is looked at so far from the apex, in steps of an edge length.
 constexpr int kLeastSteps = 3;
 constexpr int kMostSteps = 30;
+// Cells end this far before the apex, or by this share of the box's diagonal: three quarters and a
+// half of what a boundary may miss of the hull (optimize/hull_deviation).
+constexpr double kLeastBlunted = 0.12;
+constexpr double kBluntedShare = 0.0025;
 constexpr double kHalfWidth = 0.5;  // of a cell, edge lengths
 
 // [vertex] sum of the unit vectors along its edges; of a closed surface every edge once.
@@ -44,7 +49,7 @@ std::vector<uint8_t> MayBeApexes(const Hull& hull, const std::vector<Vec3d>& sum
 }
 
 std::optional<AcuteTip> TipAt(const Hull& hull, const Vec3d& apex, const Vec3d& inward) {
-  AcuteTip tip{apex, -inward, 0};
+  AcuteTip tip{apex, -inward, std::max(kLeastBlunted, kBluntedShare * hull.input_diagonal), 0};
   for (int step = 1; step <= kMostSteps; ++step) {
     const double depth = -hull.queries->SignedDistance(apex + inward * step);
     const bool is_in_cone = depth > 0 && depth < kTangent * step;

@@ -13,8 +13,10 @@ namespace amhex {
 struct AcuteTip {
   Vec3d apex;
   Vec3d outward;  // unit, from the solid through the apex
-  double narrow =
-      0;  // the solid is less than an edge length wide up to so far from the apex, [3, 30]
+  // Cells end so far before the apex, edge lengths: the nearer, the shorter their last edges.
+  double blunted = 0;
+  // The solid is less than an edge length wide up to so far from the apex, [3, 30].
+  double narrow = 0;
 };
 
 // In the order of the hull's vertices, which apexes are. Pits are none, nor are peaks of noise:

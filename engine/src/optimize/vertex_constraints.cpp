@@ -29,7 +29,8 @@ constexpr double kFadingCreaseCosine = 0.9;
 // thin as hairs end a face is soon turned by a quarter of a right angle: one taken for a side's
 // would be tied to the ridge, and the rows crumple.
 constexpr double kBluntReach = 0.3;
-constexpr double kTipAgreement = 0.6;  // cosine: sides of an acute tip have less than 0.43
+constexpr double kBeyondBlunted = 0.2;  // and so much before where those at a tip end
+constexpr double kTipAgreement = 0.6;   // cosine: sides of an acute tip have less than 0.43
 
 using PatchList = std::vector<int32_t>;
 
@@ -52,7 +53,7 @@ Vec3d FaceMiddle(const CellFace& face, const std::vector<Vec3d>& vertices) {
 bool IsBluntTip(const Vec3d& middle, const Vec3d& face_normal, const HullFeatures& features) {
   const std::vector<AcuteTip>& tips = features.tips();
   return std::any_of(tips.begin(), tips.end(), [&](const AcuteTip& tip) {
-    return SquaredNorm(middle - tip.apex) < kBluntReach * kBluntReach &&
+    return Norm(middle - tip.apex) < tip.blunted + kBeyondBlunted &&
            Dot(face_normal, tip.outward) > kTipAgreement;
   });
 }

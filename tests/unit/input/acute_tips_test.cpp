@@ -8,6 +8,7 @@
 
 #include "fixtures/solids.h"
 #include "fixtures/wedges.h"
+#include "optimize/hull_deviation.h"
 #include "support/hull_of_mesh.h"
 
 namespace amhex {
@@ -25,9 +26,20 @@ TEST(AcuteTips, ASpikeHasOneAtItsEnd) {
 }
 
 TEST(AcuteTips, ALongOneIsNarrowForThirtyCellsAtMost) {
-  const std::vector<AcuteTip> tips = AcuteTips(HullOfMesh(fixtures::MakeSpike(1, 60)));
+  const Hull hull = HullOfMesh(fixtures::MakeSpike(1, 60));
+  const std::vector<AcuteTip> tips = AcuteTips(hull);
   ASSERT_EQ(tips.size(), 1u);
   EXPECT_EQ(tips[0].narrow, 30);
+}
+
+TEST(AcuteTips, CellsEndNearerThanTheBoundaryMayBeOff) {
+  for (const double length : {20.0, 400.0}) {
+    const Hull hull = HullOfMesh(fixtures::MakeSpike(4, length));
+    const std::vector<AcuteTip> tips = AcuteTips(hull);
+    ASSERT_EQ(tips.size(), 1u);
+    EXPECT_GE(tips[0].blunted, 0.1);
+    EXPECT_LE(tips[0].blunted, 0.75 * LimitsFor(hull).limit);
+  }
 }
 
 TEST(AcuteTips, BluntSolidsHaveNone) {
