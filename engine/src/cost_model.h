@@ -6,8 +6,8 @@
 namespace amhex {
 
 // Seconds on the CPU backend with two threads, from docs/results.md: chosen so that most
-// models there are near; clouds of organic shapes take up to nine times as long. Boxy solids and
-// organic ones, which leave much to close and to place, lie up to seven times apart at the same
+// models there are near; clouds of organic shapes take up to four times as long. Boxy solids and
+// organic ones, which leave much to close and to place, lie up to five times apart at the same
 // number of cells.
 inline constexpr double kSecondsPerCell = 0.30e-3;
 inline constexpr double kSecondsPerCellAndTrial = 0.10e-3;
