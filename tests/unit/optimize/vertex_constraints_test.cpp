@@ -35,7 +35,7 @@ bool IsBetweenRows(const Vec3d& x, double degrees) {
   return height > 1 && height < degrees - 1;
 }
 
-// What ties the vertices of the end is told of by the tests' names.
+// Vertices of the end keep to the sides of the wedge, or where they are between its two rows.
 void ExpectNoTieToTheRidge(const CellComplex& complex, const Hull& hull, double degrees) {
   const HullFeatures features(hull);
   const VertexConstraints constraints =
