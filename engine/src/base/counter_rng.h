@@ -15,6 +15,7 @@ enum class RandomStream : uint64_t {
   kSampleAcross = 3,  // where a hull sample lies in its triangle, two numbers
   kSampleAlong = 4,
   kSampleOrder = 5,
+  kEdgeBalance = 6,
 };
 
 // 64 well mixed bits (the finaliser of SplitMix64, applied per input word).

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/loop_polling.h"
+#include "input/edges_balance.h"
 #include "input/hull_split.h"
 #include "input/triangle_math.h"
 
@@ -368,6 +369,8 @@ HullArrays BuildHullTree(const std::vector<Vec3d>& vertices,
   BuildNodes(vertices, triangles, poll, arrays);
   TakeTriangles(vertices, triangles, &arrays);
   if (questions == HullQuestions::kDistances) return arrays;
+  arrays.is_closed =
+      arrays.triangles.size() == triangles.size() && EdgesBalance(triangles, poll);
   const DipoleBuilder dipoles(arrays, poll);
   arrays.dipoles.resize(arrays.nodes.size());
   ForAllPolling(arrays.nodes.size(), kNodesPerBlock, poll,

@@ -6,6 +6,7 @@
 
 #include "base/status_error.h"
 #include "cuda/device_use.h"
+#include "input/edges_balance.h"
 #include "input/pack_hull.h"
 
 namespace amhex {
@@ -42,6 +43,7 @@ void HullQueries::BuildWhereChosen(const std::vector<Vec3d>& vertices,
   HullTreeTask task;
   task.vertices = {vertices.data(), static_cast<int64_t>(vertices.size())};
   task.triangles = {triangles.data(), static_cast<int64_t>(triangles.size())};
+  task.edges_balance = EdgesBalance(triangles, poll);
   task.resident = &resident_;
   if (askers == HullAskers::kHost) task.copy = &arrays_;
   task.should_stop = [&poll] { return poll.IsToStop(); };

@@ -29,6 +29,7 @@ HullArrays HullCopy(const ResidentSlot& built) {
     resident.arrays().CopyOutLater(view, host.data());
   };
   const HullView& there = resident.views();
+  copy.is_closed = there.is_closed;
   fetch(there.original, copy.original);
   fetch(there.nodes, copy.nodes);
   fetch(there.dipoles, copy.dipoles);
@@ -204,8 +205,10 @@ class HullTreeBuild {
       original_ = arrays.template AddArray<int32_t>(count_);
       nodes_ = arrays.template AddArray<HullNode>(nodes);
       dipoles_ = arrays.template AddArray<HullDipole>(nodes);
+      const bool is_closed = task_.edges_balance && count_ == task_.triangles.size;
       return HullView{ReadOnly(triangles_), ReadOnly(normals_), ReadOnly(original_),
-                      ReadOnly(nodes_),     ReadOnly(dipoles_), {}};
+                      ReadOnly(nodes_),     ReadOnly(dipoles_), {},
+                      is_closed};
     });
   }
 

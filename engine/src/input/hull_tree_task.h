@@ -21,10 +21,11 @@ struct HullArrays {
   std::vector<int32_t> original;
   std::vector<HullNode> nodes;
   std::vector<HullDipole> dipoles;
+  bool is_closed = false;
 
   HullView View() const {
-    return {ArrayViewOf(triangles), ArrayViewOf(normals), ArrayViewOf(original),
-            ArrayViewOf(nodes),     ArrayViewOf(dipoles), {}};
+    return {ArrayViewOf(triangles), ArrayViewOf(normals), ArrayViewOf(original), ArrayViewOf(nodes),
+            ArrayViewOf(dipoles),   {},                   is_closed};
   }
 };
 
@@ -32,6 +33,7 @@ struct HullArrays {
 struct HullTreeTask {
   ArrayView<const Vec3d> vertices;
   ArrayView<const std::array<int32_t, 3>> triangles;
+  bool edges_balance = false;         // of these triangles (edges_balance.h)
   ResidentSlot* resident = nullptr;   // out: where the copy of the hierarchy stays; empty, not null
   HullArrays* copy = nullptr;         // out, as HullFetchTask's; null: the host wants none
   std::function<bool()> should_stop;  // may be empty

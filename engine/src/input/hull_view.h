@@ -8,6 +8,7 @@
 
 #include "base/array_view.h"
 #include "base/platform.h"
+#include "input/crossing_ray.h"
 #include "input/hull.h"
 #include "input/hull_depth.h"
 #include "input/triangle_math.h"
@@ -66,6 +67,8 @@ struct HullView {
   // The same hierarchy for the host, which is asked first if it is there: the answers are the same
   // (hull_packets.h). It stays on the host.
   ArrayView<const HullPacket> packets;
+  // Every edge is used as often one way as the other, and no triangle was left out.
+  bool is_closed = false;
 
   template <class Visit>
   void VisitArrays(const Visit& visit) {
@@ -122,6 +125,32 @@ struct HullView {
 #endif
 
   AMHEX_HD double WindingNumber(const Vec3d& p) const {
+    int32_t crossings = 0;
+    return CountCrossings(p, crossings) ? crossings : WindingBySolidAngles(p);
+  }
+
+  // The winding number of a closed surface, or false: it is not closed, or `p` is on it, or almost,
+  // or in line with an edge.
+  AMHEX_HD bool CountCrossings(const Vec3d& p, int32_t& number) const {
+    if (!is_closed || nodes.empty()) return false;
+    CrossingRay ray(p, nodes.data[0].low, nodes.data[0].high, Slack());
+    int32_t stack[kHullStackSize];
+    int size = 1;
+    stack[0] = 0;
+    while (size > 0) {
+      const int32_t id = stack[--size];
+      const HullNode& node = nodes.data[id];
+      if (!ray.MayMeet(node.low, node.high) || PushChildren(node, id, stack, size)) continue;
+      for (int32_t i = node.begin; i < node.end; ++i) {
+        const HullTriangle& t = triangles.data[i];
+        if (!ray.Pass(t.a, t.b, t.c)) return false;
+      }
+    }
+    number = ray.number();
+    return true;
+  }
+
+  AMHEX_HD double WindingBySolidAngles(const Vec3d& p) const {
     if (nodes.empty()) return 0;
     int32_t stack[kHullStackSize];
     int size = 1;

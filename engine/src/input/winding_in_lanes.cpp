@@ -58,7 +58,7 @@ class Walkers {
   Numbers sum_[kParts];
 };
 
-// Every point walks the hierarchy as HullView::WindingNumber does, all of them together: in the
+// Every point walks the hierarchy as HullView::WindingBySolidAngles does, all of them together: in the
 // order of the nodes, so that each one's sum has the same terms in the same order.
 template <int kCount>
 AMHEX_LANES_INLINE void Walk(const HullView& hull, const Vec3d* points, int count,
@@ -98,14 +98,34 @@ std::array<double, kPointsAtOnce> WindingNumbers(const HullView& hull, const Vec
                                                  int count) {
   std::array<double, kPointsAtOnce> winding{};
   if (count == 0 || hull.nodes.empty()) return winding;
+  // Those whose crossings do not tell.
+  std::array<Vec3d, kPointsAtOnce> asked;
+  std::array<int, kPointsAtOnce> index_of_asked;
+  int asked_count = 0;
+  for (int i = 0; i < count; ++i) {
+    int32_t crossings = 0;
+    if (hull.CountCrossings(points[i], crossings)) {
+      winding[i] = crossings;
+    } else {
+      asked[asked_count] = points[i];
+      index_of_asked[asked_count++] = i;
+    }
+  }
   // Lanes are worth it from a few points on.
   constexpr int kFewestForLanes = 3;
-  if (count < kFewestForLanes) {
-    for (int i = 0; i < count; ++i) winding[i] = hull.WindingNumber(points[i]);
+  if (asked_count < kFewestForLanes) {
+    for (int k = 0; k < asked_count; ++k) {
+      winding[index_of_asked[k]] = hull.WindingBySolidAngles(asked[k]);
+    }
     return winding;
   }
-  RunInLanes([&](auto lanes) { Walk<lanes()>(hull, points, count, winding.data()); });
-  for (double& angle : winding) angle /= 4 * std::numbers::pi;
+  std::array<double, kPointsAtOnce> solid_angle;
+  RunInLanes([&](auto lanes) {
+    Walk<lanes()>(hull, asked.data(), asked_count, solid_angle.data());
+  });
+  for (int k = 0; k < asked_count; ++k) {
+    winding[index_of_asked[k]] = solid_angle[k] / (4 * std::numbers::pi);
+  }
   return winding;
 }
 
