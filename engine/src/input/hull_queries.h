@@ -61,7 +61,9 @@ class HullQueries {
   }
   HullPoint Closest(const Vec3d& p, int32_t& likely) const { return view().Closest(p, likely); }
 
-  // Generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
+  // Of a closed surface the whole number of times that it winds around a point, by the triangles
+  // that a ray from there passes (crossing_ray.h). Of others, and where rounding leaves that open,
+  // the generalised winding number (Barill et al. 2018): about 1 inside, 0 outside; exact near the
   // surface, dipoles far from it. O(log n) expected. Like all that tells sides, a StatusError where
   // the hierarchy was built for distances.
   double WindingNumber(const Vec3d& p) const { return view_with_sides().WindingNumber(p); }

@@ -206,8 +206,12 @@ class HullTreeBuild {
       nodes_ = arrays.template AddArray<HullNode>(nodes);
       dipoles_ = arrays.template AddArray<HullDipole>(nodes);
       const bool is_closed = task_.edges_balance && count_ == task_.triangles.size;
-      return HullView{ReadOnly(triangles_), ReadOnly(normals_), ReadOnly(original_),
-                      ReadOnly(nodes_),     ReadOnly(dipoles_), {},
+      return HullView{ReadOnly(triangles_),
+                      ReadOnly(normals_),
+                      ReadOnly(original_),
+                      ReadOnly(nodes_),
+                      ReadOnly(dipoles_),
+                      {},
                       is_closed};
     });
   }

@@ -130,9 +130,10 @@ struct HullView {
   }
 
   // The winding number of a closed surface, or false: it is not closed, or `p` is on it, or almost,
-  // or in line with an edge.
+  // or in line with an edge, or nowhere.
   AMHEX_HD bool CountCrossings(const Vec3d& p, int32_t& number) const {
-    if (!is_closed || nodes.empty()) return false;
+    constexpr double kSomewhere = 1e300;
+    if (!is_closed || nodes.empty() || !(SquaredNorm(p) < kSomewhere)) return false;
     CrossingRay ray(p, nodes.data[0].low, nodes.data[0].high, Slack());
     int32_t stack[kHullStackSize];
     int size = 1;
