@@ -28,12 +28,19 @@ class LatticeCheck {
         poll_(poll),
         partner_(static_cast<size_t>(kDirectionCount * sites.count()), kNone) {}
 
-  bool IsWhole() { return FindPartners() && ClosesEverywhere() && MeetsHull(); }
+  bool IsWhole() {
+    FindPartners();
+    return CountTorn() == 0 && ClosesEverywhere() && MeetsHull();
+  }
+  double ShareTorn() {
+    FindPartners();
+    return static_cast<double>(CountTorn()) / static_cast<double>(sites_.count());
+  }
 
  private:
   // Faces are numbered 6 * site + direction. Of several that a face might be glued to the one with
-  // most votes is its partner, the first of these; false where it is not the other way around, too.
-  bool FindPartners() {
+  // most votes is its partner, the first of these.
+  void FindPartners() {
     std::vector<int32_t> votes(partner_.size(), 0);
     for (const FaceLink& link : sites_.links) {
       const int32_t a = FaceOf(link.site_a, link.direction_a);
@@ -41,10 +48,20 @@ class LatticeCheck {
       if (link.votes > votes[a]) votes[a] = link.votes, partner_[a] = b;
       if (link.votes > votes[b]) votes[b] = link.votes, partner_[b] = a;
     }
-    for (int32_t face = 0; face < FaceCount(); ++face) {
-      if (partner_[face] != kNone && partner_[partner_[face]] != face) return false;
+  }
+
+  // Sites with a face whose partner has another one.
+  int64_t CountTorn() const {
+    int64_t torn = 0;
+    for (int32_t first = 0; first < FaceCount(); first += kDirectionCount) {
+      const auto is_torn = [this](int32_t face) {
+        return partner_[face] != kNone && partner_[partner_[face]] != face;
+      };
+      bool any = false;
+      for (int32_t face = first; face < first + kDirectionCount; ++face) any |= is_torn(face);
+      torn += any ? 1 : 0;
     }
-    return true;
+    return torn;
   }
 
   bool ClosesEverywhere() const {
@@ -125,6 +142,10 @@ class LatticeCheck {
 
 bool IsWholeLattice(const Sites& sites, const HullSamples& samples, const StopPoll& poll) {
   return sites.count() > 0 && LatticeCheck(sites, samples, poll).IsWhole();
+}
+
+double ShareOfTornSites(const Sites& sites) {
+  return sites.count() > 0 ? LatticeCheck(sites, HullSamples(), StopPoll()).ShareTorn() : 0.0;
 }
 
 }  // namespace amhex::fields

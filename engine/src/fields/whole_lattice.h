@@ -15,4 +15,8 @@ namespace amhex::fields {
 // RunStopped when `poll` does.
 bool IsWholeLattice(const Sites& sites, const HullSamples& samples, const StopPoll& poll);
 
+// The share of sites with a face whose partner has another one: there the lattice is torn.
+// O(sites).
+double ShareOfTornSites(const Sites& sites);
+
 }  // namespace amhex::fields

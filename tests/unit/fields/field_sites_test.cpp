@@ -163,6 +163,17 @@ TEST(FieldSites, OfALatticeThatFitsNeedNoOtherTrial) {
   }
 }
 
+TEST(FieldSites, OfALatticeThatIsNotTornNeedNoSecondTrialAlone) {
+  const Hull box = HullOf(fixtures::MakeBox({6, 4, 3}, 0.5));
+  // Without samples nobody can tell that it reaches the hull.
+  for (const int count : {2, 3}) {
+    RunContext run;
+    const auto trials = PopulateFromFields(box, HullSamples{}, count, Backend::kCpu, run);
+    ASSERT_TRUE(trials.ok());
+    EXPECT_EQ(trials->size(), count == 2 ? 1 : 3);
+  }
+}
+
 TEST(FieldSites, OfALargeSolidsFirstTrialHaveOtherFramesThanOfOthers) {
   const Hull small = HullOf(fixtures::MakeSphere(4, 0.5));
   Hull large = small;

@@ -103,6 +103,17 @@ TEST(WholeLattice, WithTwoPartnersExchangedItIsNot) {
   EXPECT_FALSE(IsWhole(sites));
 }
 
+TEST(WholeLattice, IsTornWhereAPartnerHasAnotherPartner) {
+  EXPECT_EQ(ShareOfTornSites(Sites()), 0);
+  Sites sites = SitesOfBlock();
+  EXPECT_EQ(ShareOfTornSites(sites), 0);
+  // The first site wants the one beside its neighbour, which keeps to that, and leaves its
+  // neighbour without itself.
+  sites.links.push_back(LinkUp(SiteAt(0, 0, 0), SiteAt(2, 0, 0), 0, 4 + 1));
+  sites.links.push_back(LinkUp(SiteAt(1, 0, 0), SiteAt(2, 0, 0), 0, 4 + 2));
+  EXPECT_EQ(ShareOfTornSites(sites), 2.0 / static_cast<double>(sites.count()));
+}
+
 TEST(WholeLattice, ThatEndsBeforeItsSolidIsNot) {
   EXPECT_FALSE(IsWhole(SitesOfBlock(), {kBlock.nx + 2, kBlock.ny, kBlock.nz}));
   EXPECT_FALSE(IsWhole(SitesOfBlock(), {kBlock.nx, kBlock.ny, kBlock.nz + 2}));
