@@ -369,8 +369,7 @@ HullArrays BuildHullTree(const std::vector<Vec3d>& vertices,
   BuildNodes(vertices, triangles, poll, arrays);
   TakeTriangles(vertices, triangles, &arrays);
   if (questions == HullQuestions::kDistances) return arrays;
-  arrays.is_closed =
-      arrays.triangles.size() == triangles.size() && EdgesBalance(triangles, poll);
+  arrays.is_closed = arrays.triangles.size() == triangles.size() && EdgesBalance(triangles, poll);
   const DipoleBuilder dipoles(arrays, poll);
   arrays.dipoles.resize(arrays.nodes.size());
   ForAllPolling(arrays.nodes.size(), kNodesPerBlock, poll,

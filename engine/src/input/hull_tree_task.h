@@ -24,8 +24,13 @@ struct HullArrays {
   bool is_closed = false;
 
   HullView View() const {
-    return {ArrayViewOf(triangles), ArrayViewOf(normals), ArrayViewOf(original), ArrayViewOf(nodes),
-            ArrayViewOf(dipoles),   {},                   is_closed};
+    return {ArrayViewOf(triangles),
+            ArrayViewOf(normals),
+            ArrayViewOf(original),
+            ArrayViewOf(nodes),
+            ArrayViewOf(dipoles),
+            {},
+            is_closed};
   }
 };
 

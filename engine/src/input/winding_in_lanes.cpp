@@ -58,8 +58,8 @@ class Walkers {
   Numbers sum_[kParts];
 };
 
-// Every point walks the hierarchy as HullView::WindingBySolidAngles does, all of them together: in the
-// order of the nodes, so that each one's sum has the same terms in the same order.
+// Every point walks the hierarchy as HullView::WindingBySolidAngles does, all of them together: in
+// the order of the nodes, so that each one's sum has the same terms in the same order.
 template <int kCount>
 AMHEX_LANES_INLINE void Walk(const HullView& hull, const Vec3d* points, int count,
                              double* solid_angle) {
@@ -120,9 +120,8 @@ std::array<double, kPointsAtOnce> WindingNumbers(const HullView& hull, const Vec
     return winding;
   }
   std::array<double, kPointsAtOnce> solid_angle;
-  RunInLanes([&](auto lanes) {
-    Walk<lanes()>(hull, asked.data(), asked_count, solid_angle.data());
-  });
+  RunInLanes(
+      [&](auto lanes) { Walk<lanes()>(hull, asked.data(), asked_count, solid_angle.data()); });
   for (int k = 0; k < asked_count; ++k) {
     winding[index_of_asked[k]] = solid_angle[k] / (4 * std::numbers::pi);
   }
