@@ -125,6 +125,7 @@ TEST_F(EmulatedSteps, AHierarchyThatWasBuiltOnTheDeviceIsThereAlready) {
   ASSERT_TRUE(there.ok()) << there.status();
   EXPECT_EQ(*here, *there);
   EXPECT_EQ(controls().uploads, 2);
+  EXPECT_TRUE(queries.view().is_closed);
 }
 
 // What only the device asks stays there; whoever asks on the host gets what the host would build.
@@ -145,6 +146,7 @@ TEST_F(EmulatedSteps, AHierarchyThatTheDeviceAsksIsFetchedWhenTheHostAsks) {
     EXPECT_EQ(there.Closest(p * 0.9).point, here.Closest(p * 0.9).point);
   }
   EXPECT_TRUE(there.is_here());
+  EXPECT_TRUE(there.view().is_closed);
   // Triangles and their normals are the host's own.
   const HullView all = here.view();
   const int64_t own =

@@ -32,6 +32,7 @@ class CudaParityOfTheHierarchy : public testing::Test {
     const HullView &a = here.view(), &b = there.view();
     ASSERT_EQ(a.triangles.size, b.triangles.size);
     ASSERT_EQ(a.nodes.size, b.nodes.size);
+    EXPECT_EQ(a.is_closed, b.is_closed);
     for (int64_t i = 0; i < a.triangles.size; ++i) {
       const HullTriangle &s = a.triangles[i], &t = b.triangles[i];
       ASSERT_TRUE(s.a == t.a && s.b == t.b && s.c == t.c) << "triangle " << i;
