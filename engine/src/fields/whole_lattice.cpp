@@ -20,50 +20,47 @@ constexpr int kFewestAroundEdge = 3;
 constexpr int kMostAroundEdge = 5;
 constexpr int32_t kNone = -1;
 
+// By face, numbered 6 * site + direction: of several that it might be glued to the one with most
+// votes is its partner, the first of these.
+std::vector<int32_t> PartnersOf(const Sites& sites) {
+  const auto face_of = [](int32_t site, int direction) {
+    return kDirectionCount * site + direction;
+  };
+  std::vector<int32_t> partner(static_cast<size_t>(kDirectionCount * sites.count()), kNone);
+  std::vector<int32_t> votes(partner.size(), 0);
+  for (const FaceLink& link : sites.links) {
+    const int32_t a = face_of(link.site_a, link.direction_a);
+    const int32_t b = face_of(link.site_b, link.direction_b);
+    if (link.votes > votes[a]) votes[a] = link.votes, partner[a] = b;
+    if (link.votes > votes[b]) votes[b] = link.votes, partner[b] = a;
+  }
+  return partner;
+}
+
+// Sites with a face whose partner has another one.
+int64_t CountTornSites(const std::vector<int32_t>& partner) {
+  const auto face_count = static_cast<int32_t>(partner.size());
+  int64_t torn = 0;
+  for (int32_t first = 0; first < face_count; first += kDirectionCount) {
+    bool is_torn = false;
+    for (int32_t face = first; face < first + kDirectionCount; ++face) {
+      is_torn |= partner[face] != kNone && partner[partner[face]] != face;
+    }
+    torn += is_torn ? 1 : 0;
+  }
+  return torn;
+}
+
 class LatticeCheck {
  public:
   LatticeCheck(const Sites& sites, const HullSamples& samples, const StopPoll& poll)
-      : sites_(sites),
-        samples_(samples),
-        poll_(poll),
-        partner_(static_cast<size_t>(kDirectionCount * sites.count()), kNone) {}
+      : sites_(sites), samples_(samples), poll_(poll), partner_(PartnersOf(sites)) {}
 
-  bool IsWhole() {
-    FindPartners();
-    return CountTorn() == 0 && ClosesEverywhere() && MeetsHull();
-  }
-  double ShareTorn() {
-    FindPartners();
-    return static_cast<double>(CountTorn()) / static_cast<double>(sites_.count());
+  bool IsWhole() const {
+    return CountTornSites(partner_) == 0 && ClosesEverywhere() && MeetsHull();
   }
 
  private:
-  // Faces are numbered 6 * site + direction. Of several that a face might be glued to the one with
-  // most votes is its partner, the first of these.
-  void FindPartners() {
-    std::vector<int32_t> votes(partner_.size(), 0);
-    for (const FaceLink& link : sites_.links) {
-      const int32_t a = FaceOf(link.site_a, link.direction_a);
-      const int32_t b = FaceOf(link.site_b, link.direction_b);
-      if (link.votes > votes[a]) votes[a] = link.votes, partner_[a] = b;
-      if (link.votes > votes[b]) votes[b] = link.votes, partner_[b] = a;
-    }
-  }
-
-  // Sites with a face whose partner has another one.
-  int64_t CountTorn() const {
-    int64_t torn = 0;
-    for (int32_t first = 0; first < FaceCount(); first += kDirectionCount) {
-      const auto is_torn = [this](int32_t face) {
-        return partner_[face] != kNone && partner_[partner_[face]] != face;
-      };
-      bool any = false;
-      for (int32_t face = first; face < first + kDirectionCount; ++face) any |= is_torn(face);
-      torn += any ? 1 : 0;
-    }
-    return torn;
-  }
-
   bool ClosesEverywhere() const {
     for (int32_t face = 0; face < FaceCount(); ++face) {
       poll_.At(face);
@@ -135,7 +132,7 @@ class LatticeCheck {
   const Sites& sites_;
   const HullSamples& samples_;
   const StopPoll& poll_;
-  std::vector<int32_t> partner_;  // [face]
+  const std::vector<int32_t> partner_;  // [face]
 };
 
 }  // namespace
@@ -145,7 +142,9 @@ bool IsWholeLattice(const Sites& sites, const HullSamples& samples, const StopPo
 }
 
 double ShareOfTornSites(const Sites& sites) {
-  return sites.count() > 0 ? LatticeCheck(sites, HullSamples(), StopPoll()).ShareTorn() : 0.0;
+  if (sites.count() == 0) return 0;
+  return static_cast<double>(CountTornSites(PartnersOf(sites))) /
+         static_cast<double>(sites.count());
 }
 
 }  // namespace amhex::fields

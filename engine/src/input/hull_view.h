@@ -130,15 +130,18 @@ struct HullView {
   }
 
   // The winding number of a closed surface, or false: it is not closed, or `p` is on it, or almost,
-  // or in line with an edge, or nowhere.
+  // or in line with an edge, or nowhere, or more is on the ray's way than solid angles cost, as in
+  // a stack of many plates.
   AMHEX_HD bool CountCrossings(const Vec3d& p, int32_t& number) const {
     constexpr double kSomewhere = 1e300;
+    constexpr int kMostNodes = 500;  // some 30 usually
     if (!is_closed || nodes.empty() || !(SquaredNorm(p) < kSomewhere)) return false;
     CrossingRay ray(p, nodes.data[0].low, nodes.data[0].high, Slack());
     int32_t stack[kHullStackSize];
     int size = 1;
     stack[0] = 0;
-    while (size > 0) {
+    for (int looked = 0; size > 0; ++looked) {
+      if (looked == kMostNodes) return false;
       const int32_t id = stack[--size];
       const HullNode& node = nodes.data[id];
       if (!ray.MayMeet(node.low, node.high) || PushChildren(node, id, stack, size)) continue;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr size_t kTimedProbes = 64;
 
-// The walk of HullView::WindingNumber without its sums.
+// The walk of HullView::WindingBySolidAngles without its sums.
 int64_t WindingSteps(const HullView& view, const Vec3d& p) {
   std::vector<int32_t> waiting = {0};
   int64_t steps = 0;

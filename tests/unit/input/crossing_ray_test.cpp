@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -81,6 +81,25 @@ TEST(CrossingRay, LeavesPointsOnTheSurfaceToSolidAngles) {
     EXPECT_FALSE(queries.view().CountCrossings(p, number));
     EXPECT_EQ(queries.WindingNumber(p), queries.view().WindingBySolidAngles(p));
   }
+}
+
+TEST(CrossingRay, LeavesWhatManyPlatesStandBeforeToSolidAngles) {
+  constexpr int kPlates = 1000;
+  TriangleMesh stack;
+  for (int i = 0; i < kPlates; ++i) {
+    TriangleMesh plate = fixtures::MakeBox({1, 1, 0.4 / kPlates}, 1);
+    for (Vec3d& p : plate.vertices) p.z += static_cast<double>(i) / kPlates;
+    stack = fixtures::Joined(stack, plate);
+  }
+  const HullQueries queries = QueriesOver(stack);
+  ASSERT_TRUE(queries.view().is_closed);
+  int32_t number = 0;
+  const Vec3d in_plate{0.47, 0.53, 0.6002}, between{0.47, 0.53, 0.6007}, near_top{0.4, 0.6, 0.9902};
+  EXPECT_FALSE(queries.view().CountCrossings(in_plate, number));
+  EXPECT_NEAR(queries.WindingNumber(in_plate), 1, 0.1);
+  EXPECT_NEAR(queries.WindingNumber(between), 0, 0.1);
+  EXPECT_TRUE(queries.view().CountCrossings(near_top, number));
+  EXPECT_EQ(number, 1);
 }
 
 TEST(CrossingRay, TellsNothingOfPointsThatAreNowhere) {
