@@ -27,10 +27,10 @@ constexpr double kHandleWeight = 0.1;
 
 // Handles and parts that the input does not have. What it has and the mesh lacks, such as holes
 // thinner than a cell, no other lattice would keep.
-int64_t SurplusOf(const MeshStatistics& measured, const Hull& hull) {
+int64_t SurplusOf(const BoundaryMeasures& measured, const Hull& hull) {
   if (!hull.is_given || hull.genus < 0) return 0;
   return std::max<int64_t>(0, measured.genus - hull.genus) +
-         std::max<int64_t>(0, measured.boundary_component_count - hull.component_count);
+         std::max<int64_t>(0, measured.component_count - hull.component_count);
 }
 
 }  // namespace
@@ -39,17 +39,16 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
                   const StopPoll& poll) {
   const Hull& hull = with.hull;
   const QualitySummary quality = SummarizeQuality(placed, poll);
-  const MeshStatistics measured =
-      MeasureMesh(FinalizeMesh(placed, hull.frame, poll), hull, poll, with.device);
-  const double diagonal = hull.input_diagonal;  // edge lengths
-  const double distance =
-      std::max(measured.mesh_to_input_max, measured.input_to_mesh_max) * diagonal;
+  const double limit = LimitsFor(hull).limit;
+  const BoundaryMeasures measured = MeasureBoundary(FinalizeMesh(placed, hull.frame, poll), hull,
+                                                    std::min(limit, kLostFrom), poll, with.device);
+  const double distance = measured.farthest;
   const auto cells = static_cast<double>(placed.cells.size());
   // Of points that scatter the farthest are noise.
   const double lost = PointsScatter(hull, poll) ? 0 : std::max(0.0, distance - kLostFrom);
   return {.cells = 1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           .minimum = kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
-          .distance = kDistanceWeight * std::max(0.0, distance - LimitsFor(hull).limit),
+          .distance = kDistanceWeight * std::max(0.0, distance - limit),
           .lost = kLostWeight * lost,
           .handles = kHandleWeight * static_cast<double>(SurplusOf(measured, hull))};
 }

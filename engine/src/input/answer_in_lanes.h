@@ -1,5 +1,5 @@
 // Answers for up to eight points that follow each other, with the bits of single ones: winding
-// numbers side by side. On the host only.
+// numbers side by side, distances each with the triangle of the one before. On the host only.
 #pragma once
 
 #include <array>
@@ -25,6 +25,26 @@ void AnswerSome(const HullView& hull, const WindingAround<Points>& question, int
   for (int64_t i = begin; i < end; ++i) points[static_cast<size_t>(count++)] = question.points[i];
   const std::array<double, kPointsAtOnce> winding = WindingNumbers(hull, points.data(), count);
   for (int64_t i = begin; i < end; ++i) answers[i] = winding[static_cast<size_t>(i - begin)];
+}
+
+template <class Points>
+void AnswerSome(const HullView& hull, const DistanceTo<Points>& question, int64_t begin,
+                int64_t end, double* answers) {
+  int32_t likely = -1;
+  for (int64_t i = begin; i < end; ++i) {
+    const Vec3d p = question.points[i];
+    const bool is_near = question.enough > 0 && hull.IsWithin(p, question.enough, likely);
+    answers[i] = is_near ? 0.0 : hull.Closest(p, likely).distance;
+  }
+}
+
+template <class Points>
+void AnswerSome(const HullView& hull, const ClosestTo<Points>& question, int64_t begin, int64_t end,
+                Vec3d* answers) {
+  int32_t likely = -1;
+  for (int64_t i = begin; i < end; ++i) {
+    answers[i] = hull.Closest(question.points[i], likely).point;
+  }
 }
 
 template <class Points>

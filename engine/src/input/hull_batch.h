@@ -52,6 +52,7 @@ template <class Points>
 struct DistanceTo {
   using Answer = double;
   Points points;
+  double enough = 0;  // up to this any distance not above it is as good an answer, which is sooner
   AMHEX_HD double operator()(const HullView& hull, int64_t i) const {
     return hull.Closest(points[i]).distance;
   }

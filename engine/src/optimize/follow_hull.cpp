@@ -93,11 +93,11 @@ struct FoundRecord {
 class Follower {
  public:
   Follower(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
-           const std::vector<Vec3d>* around)
+           Surroundings around)
       : placement_(placement),
         sampling_(sampling),
         limits_(limits),
-        around_(around),
+        around_(std::move(around)),
         floor_(FloorFor(SummarizeQuality(placement.complex).min_scaled_jacobian)),
         closer_(placement, sampling, limits, floor_),
         draw_(placement, sampling, limits, floor_) {}
@@ -128,17 +128,8 @@ class Follower {
     }
   };
   GapsAround FindGaps(double beyond, const StopPoll& poll) const {
-    GapsAround gaps{sampling_.GapsBeyond(beyond, poll),
-                    sampling_.CreaseGapsBeyond(limits_.creases, poll)};
-    const auto is_elsewhere = [&](const Gap& gap) {
-      return around_ != nullptr &&
-             std::none_of(around_->begin(), around_->end(), [&](const Vec3d& place) {
-               return Norm(gap.sample - place) < kReachOfPlace;
-             });
-    };
-    std::erase_if(gaps.surface, is_elsewhere);
-    std::erase_if(gaps.creases, is_elsewhere);
-    return gaps;
+    return {sampling_.GapsBeyond(beyond, poll, FaceDetail::kFew, around_),
+            sampling_.CreaseGapsBeyond(limits_.creases, poll, around_)};
   }
 
   // Those beyond the limits, jointly.
@@ -209,14 +200,14 @@ class Follower {
   Placement& placement_;
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
-  const std::vector<Vec3d>* const around_;  // null: everywhere
+  const Surroundings around_;
   const double floor_;
   GapCloser closer_;
   JointDraw draw_;
 };
 
 absl::StatusOr<CellComplex> Follow(CellComplex complex, const Hull& hull,
-                                   const HullFeatures& features, const std::vector<Vec3d>* around,
+                                   const HullFeatures& features, Surroundings around,
                                    const RunContext& run) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   if (complex.cells.empty()) return complex;
@@ -225,7 +216,7 @@ absl::StatusOr<CellComplex> Follow(CellComplex complex, const Hull& hull,
   const HullSampling sampling(hull, placement, poll);
   const DeviationLimits limits = LimitsFor(hull);
   const std::vector<Vec3d> before = complex.vertices;
-  Follower follower(placement, sampling, limits, around);
+  Follower follower(placement, sampling, limits, std::move(around));
   AMHEX_RETURN_IF_ERROR(follower.Run(run));
   TakeBackDefects(hull, before, poll, &complex);
   return complex;
@@ -235,13 +226,13 @@ absl::StatusOr<CellComplex> Follow(CellComplex complex, const Hull& hull,
 
 absl::StatusOr<CellComplex> FollowHull(CellComplex complex, const Hull& hull,
                                        const HullFeatures& features, const RunContext& run) {
-  return Follow(std::move(complex), hull, features, nullptr, run);
+  return Follow(std::move(complex), hull, features, {}, run);
 }
 
 absl::StatusOr<CellComplex> FollowHullAround(const std::vector<Vec3d>& places, CellComplex complex,
                                              const Hull& hull, const HullFeatures& features,
                                              const RunContext& run) {
-  return Follow(std::move(complex), hull, features, &places, run);
+  return Follow(std::move(complex), hull, features, {places, kReachOfPlace}, run);
 }
 
 }  // namespace amhex

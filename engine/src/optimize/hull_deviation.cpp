@@ -135,8 +135,8 @@ HullSampling::HullSampling(const Hull& hull, const Placement& placement, const S
       crease_index_(crease_points_, kBinSize),
       face_index_(face_middles_, kBinSize) {}
 
-std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
-                                          FaceDetail detail) const {
+std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll, FaceDetail detail,
+                                          const Surroundings& around) const {
   const HullQueries boundary = BoundaryOf(placement_.complex, poll);
   const std::vector<Vec3d> on_boundary =
       detail == FaceDetail::kFew ? face_middles_ : PlacesOf(placement_.complex);
@@ -145,6 +145,7 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
   tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
     int32_t of_boundary = -1, of_hull = -1;
     const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely) {
+      if (!around.Contain(p)) return;
       if (other.IsWithin(p, distance, likely)) return;
       const HullPoint nearest = other.Closest(p, likely);
       if (nearest.distance > distance) {
@@ -167,7 +168,8 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
   return found;
 }
 
-std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll& poll) const {
+std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll& poll,
+                                                const Surroundings& around) const {
   std::vector<Gap> gaps;
   if (crease_points_.empty()) return gaps;
   const CellComplex& complex = placement_.complex;
@@ -182,6 +184,7 @@ std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll&
   int64_t visited = 0;
   for (const Vec3d& p : crease_points_) {
     poll.At(++visited);
+    if (!around.Contain(p)) continue;
     const SegmentPoint nearest = queries.Closest(p, hull_.box.Diagonal());
     if (nearest.segment >= 0 && nearest.distance > distance) {
       gaps.push_back({p, nearest.point, nearest.distance});

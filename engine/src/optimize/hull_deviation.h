@@ -2,8 +2,11 @@
 // somewhere else.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -50,6 +53,18 @@ struct Gap {
   double distance = 0;
 };
 
+// Of some places; without a radius, everywhere.
+struct Surroundings {
+  std::vector<Vec3d> places = {};
+  double radius = std::numeric_limits<double>::infinity();
+
+  bool IsEverywhere() const { return std::isinf(radius); }
+  bool Contain(const Vec3d& p) const {
+    const auto is_near = [&](const Vec3d& place) { return Norm(p - place) < radius; };
+    return IsEverywhere() || std::any_of(places.begin(), places.end(), is_near);
+  }
+};
+
 // Where a face of the boundary is held against the hull: in its middle, as it was at first (with
 // all middles where they are now, twenty rows were as good and as bad), or in the places of
 // face_places.
@@ -63,11 +78,13 @@ class HullSampling {
   HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {});
 
   // Those of the hull farther than `distance` from the boundary, and places on faces farther than
-  // that from the hull, farthest first.
+  // that from the hull, farthest first; of those within the surroundings.
   std::vector<Gap> GapsBeyond(double distance, const StopPoll& poll,
-                              FaceDetail detail = FaceDetail::kFew) const;
+                              FaceDetail detail = FaceDetail::kFew,
+                              const Surroundings& around = {}) const;
   // Samples of creases farther than `distance` from any edge of the boundary, farthest first.
-  std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll) const;
+  std::vector<Gap> CreaseGapsBeyond(double distance, const StopPoll& poll,
+                                    const Surroundings& around = {}) const;
 
   const Hull& hull() const { return hull_; }
   // The input's points do, as noise makes them: the hull is followed, and those that lie off it by

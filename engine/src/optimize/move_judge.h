@@ -105,12 +105,14 @@ class MoveJudge {
   AMHEX_HD bool SagIsPermitted(const Vec3d& position) {
     // Hull faces whose middle is nearer to the hull than this many edge lengths may sag freely.
     constexpr double kFreeSag = 0.14;
-    const HullView& hull = placement_.features.hull;
     const ArrayView<const int32_t> faces = placement_.hull_faces_at[vertex_];
     // The one that refused the last trial most likely refuses this one as well.
     return cells_.HoldForAll(faces.size, refusing_face_, [&](int64_t k) {
       const Vec3d middle = MiddleOfFace(placement_, faces[k], vertex_, position);
-      if (hull.IsWithin(middle, kFreeSag) || hull.IsWithin(middle, SagBefore(k))) return true;
+      if (MiddleIsWithin(placement_, faces[k], middle, kFreeSag) ||
+          MiddleIsWithin(placement_, faces[k], middle, SagBefore(k))) {
+        return true;
+      }
       refusing_face_ = k;
       return false;
     });

@@ -72,7 +72,7 @@ class Placer {
       RaiseJointly(placement_, kJointlyWanted, run_);
       return run_.CheckStop();
     }
-    if (effort != PlacementEffort::kRaise) status = ReachHull();
+    if (effort == PlacementEffort::kValid || effort == PlacementEffort::kBest) status = ReachHull();
     if (!status.ok()) return status;
     status = RaiseMinimum(effort);
     if (!status.ok()) return status;
@@ -81,7 +81,9 @@ class Placer {
       if (!status.ok()) return status;
     }
     Report(0.6);
-    if (effort == PlacementEffort::kValid) return absl::OkStatus();
+    if (effort == PlacementEffort::kValid || effort == PlacementEffort::kBearable) {
+      return absl::OkStatus();
+    }
     status = Sweep(RulesForAverage(placement_.complex, kLooseBound, poll_), kAverageSweeps);
     Report(1.0);
     return status;
@@ -109,8 +111,7 @@ class Placer {
     const double minimum = SummarizeQuality(placement_.complex, poll_).min_scaled_jacobian;
     absl::Status status = Sweep({QualityAim::kMinimum, kEvenTarget, minimum}, kEvenSweeps);
     for (const LevelShape& shape : kLevelShapes) {
-      const bool quick = effort == PlacementEffort::kValid;
-      if (status.ok()) status = RaiseLevels(shape, quick ? kValidLevels : shape.max_levels);
+      if (status.ok()) status = RaiseLevels(shape, GoalFor(effort, shape));
     }
     if (!status.ok()) return status;
     const bool is_on_the_way = effort == PlacementEffort::kValid;
@@ -118,19 +119,32 @@ class Placer {
     return run_.CheckStop();
   }
 
-  // Level by level; cells that a level cannot raise are left behind, or one hopeless cell would end
-  // it for all others.
-  absl::Status RaiseLevels(const LevelShape& shape, int max_levels) {
+  // How far levels of this shape go.
+  struct LevelGoal {
+    int max_levels;
+    double enough = kGoodLevel;  // no level starts above
+    // Cells that a level cannot raise are left behind, or one hopeless cell would end it for all
+    // others.
+    bool leaves_behind = true;
+  };
+  static LevelGoal GoalFor(PlacementEffort effort, const LevelShape& shape) {
+    if (effort == PlacementEffort::kValid) return {kValidLevels};
+    if (effort == PlacementEffort::kBearable) return {shape.max_levels, kBearable, false};
+    return {shape.max_levels};
+  }
+
+  absl::Status RaiseLevels(const LevelShape& shape, const LevelGoal& goal) {
     std::vector<uint8_t> hopeless = FixedCells();
     const std::vector<float>& quality = placement_.survey.min_scaled_jacobian;
-    for (int level = 0; level < max_levels; ++level) {
+    for (int level = 0; level < goal.max_levels; ++level) {
       const double minimum = LeastOf(quality, hopeless);
-      if (minimum >= kGoodLevel) break;
+      if (minimum >= goal.enough) break;
       absl::Status status = Sweep({QualityAim::kMinimum, minimum + shape.target, minimum,
                                    CornerPenalty{minimum + shape.knee, shape.steepness}},
                                   kSweepsPerLevel);
       if (!status.ok()) return status;
       if (LeastOf(quality, hopeless) >= minimum + kLevelGain) continue;
+      if (!goal.leaves_behind) break;
       for (size_t c = 0; c < quality.size(); ++c) {
         if (quality[c] < minimum + kLeftBehind) hopeless[c] = 1;
       }

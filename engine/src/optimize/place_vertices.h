@@ -15,11 +15,14 @@ namespace amhex {
 class DeviceUse;
 
 enum class PlacementEffort : uint8_t {
-  kValid,  // onto the hull, and the worst cells raised: between changes of the cells
-  kBest,   // and the average raised: at the end
-  kJoint,  // poor cells raised jointly (raise_jointly), and nothing else
-  kRaise,  // the average raised, and nothing drawn to the hull: placed already, cells unchanged
+  kValid,     // onto the hull, and the worst cells raised: between changes of the cells
+  kBest,      // and the average raised: at the end
+  kJoint,     // poor cells raised jointly (raise_jointly), and nothing else
+  kBearable,  // the worst cells raised until none is below kBearable, and nothing else
+  kRaise,     // the average raised, and nothing drawn to the hull: placed already, cells unchanged
 };
+// Above what is refilled (refill_places.h).
+inline constexpr double kBearable = 0.31;
 
 // Hull vertices go to the hull: those whose faces lie on two patches to the crease between them,
 // the nearest one to each corner. Then the minimum scaled Jacobian is raised, and the average

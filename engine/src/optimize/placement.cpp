@@ -47,6 +47,7 @@ PlacementView ViewOf(Placement& placement) {
   view.constraints = ArrayViewOf(placement.constraints.vertex);
   view.face_normal = ArrayViewOf(placement.constraints.face_normal);
   view.known_feet = WritableViewOf(placement.known_feet);
+  view.likely_triangles = WritableViewOf(placement.likely_triangles);
   view.min_scaled_jacobian = WritableViewOf(placement.survey.min_scaled_jacobian);
   view.near_folding = WritableViewOf(placement.survey.near_folding);
   view.features = placement.features.view();
@@ -118,7 +119,8 @@ Placement PreparePlacement(CellComplex& complex, const HullFeatures& features,
                       std::move(neighbourhoods),
                       std::move(constraints),
                       {},
-                      std::vector<Vec3d>(complex.vertices.size(), {kAnywhere, 0, 0})};
+                      std::vector<Vec3d>(complex.vertices.size(), {kAnywhere, 0, 0}),
+                      std::vector<int32_t>(complex.hull_faces.size(), -1)};
   SurveyAllCells(placement, poll);
   return placement;
 }

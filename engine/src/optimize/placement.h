@@ -33,10 +33,12 @@ struct Placement {
   const HullFeatures& features;
   const VertexNeighbourhoods neighbourhoods;
   VertexConstraints constraints;
-  CellSurvey survey;                   // as of the last step that has ended
-  std::vector<Vec3d> known_feet = {};  // [vertex_count] or none; see PlacementView
-  DeviceUse* device = nullptr;         // where to sweep; null = on the CPU
-  ResidentSlot resident = {};          // for the device's copy of cells and neighbourhoods
+  CellSurvey survey;  // as of the last step that has ended
+  // See PlacementView; none are as good.
+  std::vector<Vec3d> known_feet = {};          // [vertex_count]
+  std::vector<int32_t> likely_triangles = {};  // [hull face]
+  DeviceUse* device = nullptr;                 // where to sweep; null = on the CPU
+  ResidentSlot resident = {};                  // for the device's copy of cells and neighbourhoods
 };
 // Cells must be of Figure 2; `complex` and `features` must outlive the placement. O(n log n).
 // Throws RunStopped when `poll` does, like all below that takes one.

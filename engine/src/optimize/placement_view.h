@@ -38,6 +38,9 @@ struct PlacementView {
   // Of each vertex that belongs to a patch a point of it, near or infinitely far; empty where
   // bodies run on a device.
   ArrayView<Vec3d> known_feet;  // [vertex]
+  // Of each hull face a triangle that its middle was near to, as HullView tells them apart, or -1;
+  // empty on a device, and where vertices that share a face are moved side by side.
+  ArrayView<int32_t> likely_triangles;  // [hull face]
   // Of the survey.
   ArrayView<float> min_scaled_jacobian;  // [cell]
   ArrayView<uint8_t> near_folding;       // [cell]
@@ -73,6 +76,18 @@ AMHEX_HD inline ConstrainedPoint FindFoot(const PlacementView& placement, int64_
     placement.known_feet[v] = foot.point;
   }
   return foot;
+}
+
+// Whether the middle of a hull face, at `middle`, is within this distance of the hull.
+AMHEX_HD inline bool MiddleIsWithin(const PlacementView& placement, int32_t hull_face,
+                                    const Vec3d& middle, double distance) {
+#if !defined(__CUDACC__)
+  if (!placement.likely_triangles.empty()) {
+    return placement.features.hull.IsWithin(middle, distance,
+                                            placement.likely_triangles[hull_face]);
+  }
+#endif
+  return placement.features.hull.IsWithin(middle, distance);
 }
 
 }  // namespace amhex

@@ -10,16 +10,14 @@
 
 #include "base/status_macros.h"
 #include "closure/boundary_defects.h"
-#include "closure/excerpt.h"
 #include "closure/working_mesh.h"
 #include "input/hull_queries.h"
-#include "input/triangle_math.h"
-#include "optimize/cell_quality.h"
 #include "optimize/draw_jointly.h"
 #include "optimize/follow_hull.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/place_vertices.h"
 #include "optimize/placement.h"
+#include "optimize/seat_excerpt.h"
 
 namespace amhex {
 namespace {
@@ -38,160 +36,17 @@ constexpr double kSamePlace = 1.0;
 constexpr double kSeenAround = 2.0;
 // What is lost is seen to last, and up to here.
 constexpr double kOutOfReach = 2.0;
-// As follow_hull.
-constexpr double kLeastQuality = 0.31;
 // Of what a distance is beyond the limit, this must go.
 constexpr double kWorthwhileShare = 0.5;
-// Rings of cells around the new ones: vertices of the first may move, the others are there to be
-// seen by corners of the hull (place_refill.cpp).
-constexpr int kMovingRings = 2;
-constexpr int kSeenRings = 2;
 constexpr size_t kTriesPerPlace = 3;
 // Each try looks at the whole mesh: a second of a core for about so many cells.
 constexpr size_t kMostCellsTried = 40'000;
-
-bool HasVertex(const CellFace& face, int32_t v) {
-  return std::find(face.v.begin(), face.v.begin() + face.count, v) != face.v.begin() + face.count;
-}
 
 Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d middle;
   for (int j = 0; j < face.count; ++j) middle += vertices[face.v[j]];
   return middle / face.count;
 }
-
-double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
-  const Vec3d middle = MiddleOf(face, vertices);
-  double least = 1e300;
-  for (int j = 0; j < face.count; ++j) {
-    const Vec3d& a = vertices[face.v[j]];
-    const Vec3d& b = vertices[face.v[(j + 1) % face.count]];
-    least = std::min(least, Norm(p - ClosestPointOnTriangle(p, a, b, middle)));
-  }
-  return least;
-}
-
-double MinimumOf(const CellComplex& complex) {
-  double minimum = 1;
-  for (const CellCorners& cell : complex.cells) {
-    minimum = std::min(minimum, CellQuality(cell, complex.vertices));
-  }
-  return minimum;
-}
-
-// What a new vertex divides: a face of the boundary, or an edge where two of them meet.
-struct Seat {
-  std::vector<int> cells;        // all that have it, ascending
-  std::vector<int32_t> corners;  // of the face, or both of the edge
-  bool IsEdge() const { return corners.size() == 2; }
-  bool IsIn(const CellFace& face) const {
-    return std::all_of(corners.begin(), corners.end(),
-                       [&](int32_t v) { return HasVertex(face, v); });
-  }
-};
-
-// The face of the boundary that is nearest to a point, and its edges.
-std::vector<Seat> SeatsAt(const Vec3d& p, const CellComplex& complex, const WorkingMesh& whole,
-                          const CellLists& cells_at) {
-  const CellFace* nearest = nullptr;
-  double least = 1e300;
-  for (const CellFace& face : complex.hull_faces) {
-    const double distance = DistanceToFace(p, face, complex.vertices);
-    if (distance >= least) continue;
-    least = distance;
-    nearest = &face;
-  }
-  std::vector<Seat> seats;
-  if (nearest == nullptr) return seats;
-  const std::vector<int32_t> corners(nearest->v.begin(), nearest->v.begin() + nearest->count);
-  seats.push_back({{whole.Owner(*nearest)}, corners});
-  for (size_t j = 0; j < corners.size(); ++j) {
-    const int32_t a = corners[j], b = corners[(j + 1) % corners.size()];
-    Seat seat{{}, {a, b}};
-    for (const int cell : cells_at[a]) {
-      if (HasEdge(whole.corners(cell), a, b)) seat.cells.push_back(cell);
-    }
-    seats.push_back(std::move(seat));
-  }
-  return seats;
-}
-
-// A seat with everything around it that placing its vertex may look at.
-class SeatExcerpt {
- public:
-  SeatExcerpt(const WorkingMesh& whole, const CellLists& cells_at, const Seat& seat)
-      : excerpt_(whole, Around(whole, cells_at, seat.cells, kMovingRings + kSeenRings)),
-        seat_(seat) {
-    const std::vector<int> moving = Around(whole, cells_at, seat.cells, kMovingRings);
-    fixed_.assign(excerpt_.vertices().size(), 0);
-    for (const int cell : excerpt_.cells()) {
-      if (std::binary_search(moving.begin(), moving.end(), cell)) continue;
-      for (const int32_t v : excerpt_.complex().cells[excerpt_.CellOf(cell)]) fixed_[v] = 1;
-    }
-    for (int& cell : seat_.cells) cell = excerpt_.CellOf(cell);
-    const std::vector<int32_t>& known = excerpt_.vertices();
-    for (int32_t& v : seat_.corners) {
-      v = static_cast<int32_t>(std::lower_bound(known.begin(), known.end(), v) - known.begin());
-    }
-  }
-
-  const Excerpt& excerpt() const { return excerpt_; }
-
-  // With a vertex in the seat, if its cells are worth having.
-  std::optional<CellComplex> WithVertex(const Vec3d& at, const HullFeatures& features,
-                                        PlacementEffort effort, const RunContext& run) const {
-    CellComplex divided = Divided(at);
-    if (!excerpt_.TakeBack(&divided)) return std::nullopt;
-    auto placed = PlacePart(std::move(divided), fixed_, features, run, effort);
-    if (!placed.ok()) return std::nullopt;
-    const double floor = std::min(kLeastQuality, MinimumOf(excerpt_.complex()));
-    if (MinimumOf(*placed) < floor) return std::nullopt;
-    return *std::move(placed);
-  }
-
- private:
-  static std::vector<int> Around(const WorkingMesh& whole, const CellLists& cells_at,
-                                 std::vector<int> cells, int rings) {
-    for (int ring = 0; ring < rings; ++ring) cells = WithRing(whole, cells_at, cells);
-    return cells;
-  }
-
-  // The seat's cells become cells around the vertex.
-  CellComplex Divided(const Vec3d& at) const {
-    const CellComplex closed = excerpt_.Closed();
-    const auto apex = static_cast<int32_t>(closed.vertices.size());
-    CellComplex divided;
-    divided.vertices = closed.vertices;
-    divided.vertices.push_back(at);
-    for (size_t c = 0; c < closed.cells.size(); ++c) {
-      if (!std::binary_search(seat_.cells.begin(), seat_.cells.end(), static_cast<int>(c))) {
-        divided.cells.push_back(closed.cells[c]);
-        continue;
-      }
-      for (const CellFace& face : FacesOf(closed.cells[c])) {
-        if (seat_.IsIn(face)) continue;
-        divided.cells.push_back(face.count == 4
-                                    ? MakePyramid(face.v, apex)
-                                    : MakeTetrahedronOn({face.v[0], face.v[1], face.v[2]}, apex));
-      }
-    }
-    for (const CellFace& face : closed.hull_faces) {
-      if (!seat_.IsIn(face)) {
-        divided.hull_faces.push_back(face);
-        continue;
-      }
-      for (int j = 0; j < face.count; ++j) {
-        const CellFace side{3, {face.v[j], face.v[(j + 1) % face.count], apex, -1}};
-        if (!seat_.IsEdge() || !seat_.IsIn(side)) divided.hull_faces.push_back(side);
-      }
-    }
-    return divided;
-  }
-
-  Excerpt excerpt_;
-  Seat seat_;                   // in numbers of the excerpt
-  std::vector<uint8_t> fixed_;  // [vertex of the excerpt]
-};
 
 class GapSplitter {
  public:
@@ -235,9 +90,11 @@ class GapSplitter {
   }
 
  private:
-  // The whole mesh with a vertex more, and the largest distance there.
+  // A seat's part of the mesh with its vertex, and the largest distance there.
   struct Candidate {
-    CellComplex complex;
+    size_t seat = 0;
+    PlacementEffort effort = PlacementEffort::kJoint;
+    CellComplex part;
     double distance = 0;
   };
 
@@ -286,40 +143,52 @@ class GapSplitter {
     const bool is_hulls = IsOnHull(gap.sample);
     const Vec3d& on_hull = is_hulls ? gap.sample : gap.nearest;
     const Vec3d& on_mesh = is_hulls ? gap.nearest : gap.sample;
-    std::vector<Candidate> candidates = Candidates(on_hull, on_mesh);
+    const WorkingMesh whole(complex_, poll);
+    const std::vector<SeatExcerpt> seats = Seats(on_mesh, whole);
+    std::vector<Candidate> candidates = Candidates(on_hull, seats);
     AMHEX_RETURN_IF_ERROR(run_.CheckStop());
     const double excess = std::max(0.0, gap.distance - limits_.limit);
     const double wanted = gap.distance - kWorthwhileShare * excess;
     if (candidates.size() > kTriesPerPlace) candidates.resize(kTriesPerPlace);
     for (Candidate& candidate : candidates) {
-      cells_tried_ += candidate.complex.cells.size();
+      cells_tried_ += complex_.cells.size();
       if (cells_tried_ > kMostCellsTried) break;
-      DrawAt(on_hull, candidate.complex);
+      std::optional<CellComplex> split = InWhole(whole, seats, std::move(candidate));
       AMHEX_RETURN_IF_ERROR(run_.CheckStop());
-      if (DistanceAt(on_hull, candidate.complex, poll) > wanted) continue;
-      const WorkingMesh changed(candidate.complex, poll);
+      if (!split.has_value()) continue;
+      DrawAt(on_hull, *split);
+      AMHEX_RETURN_IF_ERROR(run_.CheckStop());
+      if (DistanceAt(on_hull, *split, poll) > wanted) continue;
+      const WorkingMesh changed(*split, poll);
       if (!FindBoundaryDefects(changed, hull_, poll).vertices.empty()) continue;
-      complex_ = std::move(candidate.complex);
+      complex_ = *std::move(split);
       return true;
     }
     return false;
   }
 
+  std::vector<SeatExcerpt> Seats(const Vec3d& on_mesh, const WorkingMesh& whole) const {
+    const CellLists cells_at = whole.CellsAtVertices(StopPoll(run_));
+    std::vector<SeatExcerpt> seats;
+    for (const Seat& seat : SeatsAt(on_mesh, complex_, whole, cells_at)) {
+      seats.emplace_back(whole, cells_at, seat);
+    }
+    return seats;
+  }
+
   // Nearest to the hull first.
-  std::vector<Candidate> Candidates(const Vec3d& on_hull, const Vec3d& on_mesh) const {
-    const StopPoll poll(run_);
-    const WorkingMesh whole(complex_, poll);
-    const CellLists cells_at = whole.CellsAtVertices(poll);
-    const std::vector<Seat> seats = SeatsAt(on_mesh, complex_, whole, cells_at);
-    constexpr std::array kEfforts = {PlacementEffort::kJoint, PlacementEffort::kRaise};
+  std::vector<Candidate> Candidates(const Vec3d& on_hull,
+                                    const std::vector<SeatExcerpt>& seats) const {
+    constexpr std::array kEfforts = {PlacementEffort::kJoint, PlacementEffort::kBearable};
     std::vector<std::optional<Candidate>> found(seats.size() * kEfforts.size());
     oneapi::tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
       if (run_.ShouldStop()) return;
-      const SeatExcerpt seat(whole, cells_at, seats[i / kEfforts.size()]);
-      const auto part = seat.WithVertex(on_hull, features_, kEfforts[i % kEfforts.size()], run_);
-      WorkingMesh changed = whole;
-      if (!part.has_value() || !seat.excerpt().PutInto(*part, &changed)) return;
-      found[i] = {changed.ToComplex(poll), LargestDistance(*part, on_hull)};
+      const size_t seat = i / kEfforts.size();
+      const PlacementEffort effort = kEfforts[i % kEfforts.size()];
+      auto part = seats[seat].WithVertex(on_hull, features_, effort, run_);
+      if (!part.has_value()) return;
+      const double distance = LargestDistance(*part, on_hull);
+      found[i] = {seat, effort, *std::move(part), distance};
     });
     std::vector<Candidate> candidates;
     for (std::optional<Candidate>& candidate : found) {
@@ -329,6 +198,20 @@ class GapSplitter {
         candidates.begin(), candidates.end(),
         [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
     return candidates;
+  }
+
+  // What only has bearable cells is raised to the end first: that takes ten times as long as to
+  // find out whether it can have them, and mostly it cannot, or another candidate is nearer.
+  std::optional<CellComplex> InWhole(const WorkingMesh& whole,
+                                     const std::vector<SeatExcerpt>& seats,
+                                     Candidate candidate) const {
+    const SeatExcerpt& seat = seats[candidate.seat];
+    std::optional<CellComplex> part = std::move(candidate.part);
+    if (candidate.effort == PlacementEffort::kBearable) {
+      part = seat.Raised(*std::move(part), features_, run_);
+    }
+    if (!part.has_value()) return std::nullopt;
+    return seat.InWhole(whole, *part, StopPoll(run_));
   }
 
   // Between hull and boundary near a place, either way.
@@ -356,21 +239,19 @@ class GapSplitter {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    std::vector<Gap> gaps = sampling.GapsBeyond(limits_.limit, poll, Detail());
-    std::erase_if(gaps, [&](const Gap& gap) { return Norm(gap.sample - place) > kSeenAround; });
+    std::vector<Gap> gaps =
+        sampling.GapsBeyond(limits_.limit, poll, Detail(), {{place}, kSeenAround});
     if (IsLast()) gaps = DistinctGaps(gaps, poll);
-    if (!gaps.empty())
-      JointDraw(placement, sampling, limits_, kLeastQuality, Detail()).Run(gaps, run_);
+    if (!gaps.empty()) JointDraw(placement, sampling, limits_, kBearable, Detail()).Run(gaps, run_);
   }
 
   // The largest distance beyond the limit there; 0 if there is none.
   double DistanceAt(const Vec3d& place, CellComplex& complex, const StopPoll& poll) const {
     Placement placement = PreparePlacement(complex, features_, poll);
     const HullSampling sampling(hull_, placement, poll);
-    for (const Gap& gap : sampling.GapsBeyond(limits_.limit, poll, Detail())) {
-      if (Norm(gap.sample - place) < kSeenAround) return gap.distance;
-    }
-    return 0;
+    const std::vector<Gap> gaps =
+        sampling.GapsBeyond(limits_.limit, poll, Detail(), {{place}, kSeenAround});
+    return gaps.empty() ? 0.0 : gaps.front().distance;
   }
 
   CellComplex complex_;

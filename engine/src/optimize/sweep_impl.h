@@ -190,7 +190,8 @@ class QualitySweeps {
     counts_ = Uploaded(executor_, counts);
     PlacementView there = cells_.placement;
     there.vertices = swept_.vertices;
-    there.known_feet = {};  // the host's
+    there.known_feet = {};  // the host's, and the next
+    there.likely_triangles = {};
     there.constraints = arrays_.UploadArray(host.constraints);
     there.min_scaled_jacobian = swept_.quality;
     there.near_folding = swept_.near_folding;

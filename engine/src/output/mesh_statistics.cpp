@@ -80,18 +80,38 @@ std::vector<Vec3d> InputSamples(const Hull& hull) {
   return samples;
 }
 
+std::vector<Vec3d> MeshSamples(const BoundaryTriangles& boundary) {
+  std::vector<Vec3d> samples =
+      SampleSurface(boundary.vertices, boundary.triangles, kSurfaceSpacing);
+  samples.insert(samples.end(), boundary.vertices.begin(), boundary.vertices.end());
+  return samples;
+}
+
+HullQueries QueriesOf(const BoundaryTriangles& boundary, const StopPoll& poll, DeviceUse* device) {
+  return {boundary.vertices,   boundary.triangles,       poll, device,
+          HullAskers::kDevice, HullQuestions::kDistances};
+}
+
+bool HasDistances(const BoundaryTriangles& boundary, const Hull& hull) {
+  return !boundary.triangles.empty() && hull.queries != nullptr && hull.input_diagonal > 0;
+}
+
+// In the hull's normalised frame.
+BoundaryTriangles NormalizedBoundary(const FaceCensus& census, const AtMostHexaMesh& mesh,
+                                     const Hull& hull) {
+  BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
+  for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
+  return boundary;
+}
+
 // `boundary` in the hull's normalised frame.
 void MeasureDistances(const BoundaryTriangles& boundary, const Hull& hull, const StopPoll& poll,
                       DeviceUse* device, MeshStatistics& statistics) {
   const double diagonal = hull.input_diagonal;
-  if (boundary.triangles.empty() || hull.queries == nullptr || !(diagonal > 0)) return;
-  std::vector<Vec3d> mesh_samples =
-      SampleSurface(boundary.vertices, boundary.triangles, kSurfaceSpacing);
-  mesh_samples.insert(mesh_samples.end(), boundary.vertices.begin(), boundary.vertices.end());
+  if (!HasDistances(boundary, hull)) return;
   const DistanceSummary to_input =
-      DistanceToSurface(mesh_samples, HullAsker(*hull.queries, device, poll));
-  const HullQueries mesh_queries(boundary.vertices, boundary.triangles, poll, device,
-                                 HullAskers::kDevice, HullQuestions::kDistances);
+      DistanceToSurface(MeshSamples(boundary), HullAsker(*hull.queries, device, poll));
+  const HullQueries mesh_queries = QueriesOf(boundary, poll, device);
   const DistanceSummary to_mesh =
       DistanceToSurface(InputSamples(hull), HullAsker(mesh_queries, device, poll));
   statistics.mesh_to_input_max = to_input.maximum / diagonal;
@@ -120,15 +140,28 @@ MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const S
   statistics.boundary_component_count = topology.component_count;
   statistics.genus = topology.genus;
 
-  BoundaryTriangles boundary = TriangulateBoundary(census.boundary, mesh.vertices);
-  for (Vec3d& p : boundary.vertices) p = hull.frame.ToNormalized(p);
-  MeasureDistances(boundary, hull, poll, device, statistics);
+  MeasureDistances(NormalizedBoundary(census, mesh, hull), hull, poll, device, statistics);
   std::vector<Vec3d> vertices = mesh.vertices;
   for (Vec3d& p : vertices) p = hull.frame.ToNormalized(p);
   const SharpEdgeDeviation deviation = MeasureSharpEdges(hull, census.boundary, vertices, poll);
   statistics.sharp_edge_deviation_rms = deviation.root_mean_square;
   statistics.sharp_edge_deviation_max = deviation.maximum;
   return statistics;
+}
+
+BoundaryMeasures MeasureBoundary(const AtMostHexaMesh& mesh, const Hull& hull, double enough,
+                                 const StopPoll& poll, DeviceUse* device) {
+  const FaceCensus census =
+      CountFaces(mesh.corners, static_cast<int64_t>(mesh.vertices.size()), poll);
+  const BoundaryTopology topology = ExamineBoundary(census.boundary, mesh.vertices, poll);
+  BoundaryMeasures measures{topology.component_count, topology.genus, 0};
+  const BoundaryTriangles boundary = NormalizedBoundary(census, mesh, hull);
+  if (!HasDistances(boundary, hull)) return measures;
+  const HullQueries mesh_queries = QueriesOf(boundary, poll, device);
+  measures.farthest = std::max(
+      FarthestFromSurface(MeshSamples(boundary), enough, HullAsker(*hull.queries, device, poll)),
+      FarthestFromSurface(InputSamples(hull), enough, HullAsker(mesh_queries, device, poll)));
+  return measures;
 }
 
 }  // namespace amhex

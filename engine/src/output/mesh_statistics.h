@@ -18,4 +18,16 @@ class DeviceUse;
 MeshStatistics MeasureMesh(const AtMostHexaMesh& mesh, const Hull& hull, const StopPoll& poll = {},
                            DeviceUse* device = nullptr);
 
+// What tells faults of a mesh's boundary.
+struct BoundaryMeasures {
+  int64_t component_count = 0;
+  int64_t genus = 0;  // summed over components
+  // The larger of the two distances between boundary and hull, edge lengths; where that is `enough`
+  // or less, something not above it.
+  double farthest = 0;
+};
+// The same as MeasureMesh, without the rest and sooner.
+BoundaryMeasures MeasureBoundary(const AtMostHexaMesh& mesh, const Hull& hull, double enough,
+                                 const StopPoll& poll = {}, DeviceUse* device = nullptr);
+
 }  // namespace amhex

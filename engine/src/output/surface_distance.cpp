@@ -67,4 +67,11 @@ DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullAs
   return summary;
 }
 
+double FarthestFromSurface(const std::vector<Vec3d>& points, double enough,
+                           const HullAsker& surface) {
+  const std::vector<double> distances =
+      surface.AskOrThrow(DistanceTo<PlainPoints>{PointsOf(points), enough});
+  return distances.empty() ? 0.0 : *std::max_element(distances.begin(), distances.end());
+}
+
 }  // namespace amhex

@@ -24,4 +24,8 @@ std::vector<Vec3d> SampleSurface(const std::vector<Vec3d>& vertices,
 // Throws what the asker does.
 DistanceSummary DistanceToSurface(const std::vector<Vec3d>& points, const HullAsker& surface);
 
+// The largest of them, sooner; where that is `enough` or less, something not above it.
+double FarthestFromSurface(const std::vector<Vec3d>& points, double enough,
+                           const HullAsker& surface);
+
 }  // namespace amhex

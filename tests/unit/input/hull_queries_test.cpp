@@ -340,6 +340,35 @@ TEST(HullAsker, TellsOfManyPointsWhatTheyAreToldOneByOne) {
   for (const int count : seen) EXPECT_GT(count, 10);
 }
 
+TEST(HullAsker, FindsWhatIsNearestToManyPointsAsToEachAlone) {
+  const TriangleMesh mesh = fixtures::MakeTorus(2, 0.6, 0.3);
+  const HullQueries queries = QueriesOf(mesh);
+  std::vector<Vec3d> points = ProbesAround(mesh, 1003);
+  // Next to one another, where the last answer is a good guess, and on vertices, which several
+  // triangles are equally near to.
+  for (size_t i = 0; i < 500; ++i) points.push_back(points[i] + Vec3d{0.01, 0, -0.02});
+  points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.end());
+  const HullAsker asker(queries, nullptr, {});
+  const auto distances = asker.AskOrThrow(DistanceTo<PlainPoints>{PointsOf(points)});
+  const auto nearest = asker.AskOrThrow(ClosestTo<PlainPoints>{PointsOf(points)});
+  constexpr double kEnough = 0.4;
+  const auto rough = asker.AskOrThrow(DistanceTo<PlainPoints>{PointsOf(points), kEnough});
+  int near_enough = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const HullPoint alone = queries.Closest(points[i]);
+    EXPECT_EQ(distances[i], alone.distance);
+    EXPECT_EQ(nearest[i], alone.point);
+    if (alone.distance > kEnough) {
+      EXPECT_EQ(rough[i], alone.distance);
+    } else {
+      EXPECT_LE(rough[i], kEnough);
+      ++near_enough;
+    }
+  }
+  EXPECT_GT(near_enough, 10);
+  EXPECT_LT(near_enough, static_cast<int>(points.size()) - 10);
+}
+
 TEST(HullQueries, WindingNumberCountsNestedSurfaces) {
   const TriangleMesh outer = fixtures::MakeSphere(2.0, 0.4);
   const TriangleMesh inner = fixtures::MakeSphere(1.0, 0.3);

@@ -120,6 +120,47 @@ TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHul
   EXPECT_LT(nearest, 1e-6);
 }
 
+TEST(PlacePart, RaisesPoorCellsUntilTheyAreBearable) {
+  const GridSize n{6, 6, 6};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.3);
+  const Hull hull = GridHull(n, 0.5);
+  const HullFeatures features(hull);
+  const RunContext run;
+  const double before = SummarizeQuality(complex).minimum;
+  ASSERT_LT(before, kBearable - 0.1);
+  const auto bearable = PlacePart(complex, {}, features, run, PlacementEffort::kBearable);
+  const auto raised = PlacePart(complex, {}, features, run, PlacementEffort::kRaise);
+  ASSERT_TRUE(bearable.ok() && raised.ok());
+  EXPECT_GE(SummarizeQuality(*bearable).minimum, kBearable);
+  EXPECT_LT(SummarizeQuality(*bearable).average, SummarizeQuality(*raised).average);
+}
+
+TEST(PlacePart, LeavesNoCellPoorerWhereOneCannotBeMadeBearable) {
+  const GridSize n{5, 5, 5};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.25);
+  // One cell is flat and cannot change.
+  std::vector<uint8_t> fixed(complex.vertices.size(), 0);
+  for (const int32_t v : complex.cells[62]) fixed[v] = 1;
+  for (int slot = 4; slot < 8; ++slot) {
+    const Vec3d& below = complex.vertices[complex.cells[62][slot - 4]];
+    Vec3d& above = complex.vertices[complex.cells[62][slot]];
+    above = below + (above - below) * 0.2;
+  }
+  complex.vertices[complex.cells[62][4]] += Vec3d{0.5, 0.5, 0};
+  const Hull hull = GridHull(n, 0.5);
+  const double before = SummarizeQuality(complex).min_scaled_jacobian;
+  const RunContext run;
+  const auto placed =
+      PlacePart(complex, fixed, HullFeatures(hull), run, PlacementEffort::kBearable);
+  ASSERT_TRUE(placed.ok());
+  EXPECT_GE(SummarizeQuality(*placed).min_scaled_jacobian, before);
+  for (const int32_t v : complex.cells[62]) {
+    EXPECT_EQ(placed->vertices[v], complex.vertices[v]);
+  }
+}
+
 TEST(PlacePart, MovesOnlyTheVerticesThatAreNotFixed) {
   const GridSize n{6, 5, 5};
   CellComplex complex = GridComplex(n);

@@ -54,6 +54,19 @@ TEST(MeshStatistics, MeasureBothDistancesAsFractionsOfTheDiagonal) {
   EXPECT_TRUE(lower.distance_exceeds_cell);
 }
 
+TEST(MeshStatistics, OfTheBoundaryAloneTellTheSameFaults) {
+  const Hull hull = HullOfMesh(fixtures::MakeBox({3, 4, 12.5}, 1));
+  const AtMostHexaMesh mesh = MeshOf(GridComplex({3, 4, 12}));
+  const MeshStatistics all = MeasureMesh(mesh, hull);
+  const BoundaryMeasures exact = MeasureBoundary(mesh, hull, 0.0);
+  EXPECT_NEAR(exact.farthest, 0.5, 1e-9);
+  EXPECT_EQ(exact.genus, all.genus);
+  EXPECT_EQ(exact.component_count, all.boundary_component_count);
+  EXPECT_EQ(MeasureBoundary(mesh, hull, 0.4).farthest, exact.farthest);
+  EXPECT_LE(MeasureBoundary(mesh, hull, 0.6).farthest, 0.6);
+  EXPECT_EQ(MeasureBoundary({}, hull, 0.1).farthest, 0);
+}
+
 TEST(MeshStatistics, TellTheShortestEdgeOfAnyCellAndNoneThatIsCollapsed) {
   const Hull hull = HullOfMesh(fixtures::MakeBox({4, 3, 2}, 0.7));
   CellComplex complex = GridComplex({4, 3, 2});
