@@ -10,7 +10,6 @@
 #include "closure/close_complex.h"
 #include "cuda/device_use.h"
 #include "optimize/hull_features.h"
-#include "optimize/hull_samples.h"
 #include "optimize/improve_mesh.h"
 #include "optimize/raise_quality.h"
 #include "place_candidates.h"
@@ -169,7 +168,7 @@ absl::StatusOr<PlacedTrial> BestOf(const std::vector<CellComplex>& assemblies, C
   AMHEX_ASSIGN_OR_RETURN(PlacedCandidates placed, PlaceCandidates(trials.closed, with, run));
   Turns turns(assemblies, std::move(trials), std::move(placed), spare, with);
   const bool has_choice = turns.Count(kLeastChoice) > 1;
-  const bool points_scatter = PointsScatter(with.hull, StopPoll(run));
+  const bool points_scatter = with.features.points_scatter();
   Best best;
   std::vector<size_t> broken;
   for (size_t i = 0; i < turns.Count(best.is_whole() ? kLeastChoice : kLeastChoiceOfLost); ++i) {

@@ -5,7 +5,7 @@
 #include "closure/rank_complexes.h"
 #include "input/wanted_cells.h"
 #include "optimize/hull_deviation.h"
-#include "optimize/hull_samples.h"
+#include "optimize/hull_features.h"
 #include "optimize/raise_quality.h"
 #include "output/finalize_mesh.h"
 #include "output/mesh_statistics.h"
@@ -45,7 +45,7 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const double distance = measured.farthest;
   const auto cells = static_cast<double>(placed.cells.size());
   // Of points that scatter the farthest are noise.
-  const double lost = PointsScatter(hull, poll) ? 0 : std::max(0.0, distance - kLostFrom);
+  const double lost = with.features.points_scatter() ? 0 : std::max(0.0, distance - kLostFrom);
   return {.cells = 1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           .minimum = kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
           .distance = kDistanceWeight * std::max(0.0, distance - limit),

@@ -6,7 +6,7 @@
 #include "base/status_macros.h"
 #include "base/stop_poll.h"
 #include "optimize/draw_rest.h"
-#include "optimize/hull_samples.h"
+#include "optimize/hull_features.h"
 #include "optimize/split_at_gaps.h"
 #include "placed_loss.h"
 
@@ -33,9 +33,9 @@ absl::StatusOr<CellComplex> SplitWherePaid(CellComplex complex, const Improvemen
 
 absl::StatusOr<CellComplex> SplitRest(CellComplex complex, const Improvement& with,
                                       const RunContext& run) {
-  const StopPoll poll(run);
   // There is no end to what noise leaves.
-  if (PointsScatter(with.hull, poll)) return complex;
+  if (with.features.points_scatter()) return complex;
+  const StopPoll poll(run);
   std::optional<PlacedLoss> before;
   for (int round = 0; round < kRounds; ++round) {
     AMHEX_ASSIGN_OR_RETURN(CellComplex split,

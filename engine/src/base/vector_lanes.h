@@ -42,6 +42,41 @@ AMHEX_LANES_INLINE void StoreFloats(const FloatLanes& lanes, float* to) {
   *reinterpret_cast<FloatsAmongNumbers*>(to) = lanes;
 }
 
+AMHEX_LANES_INLINE DoubleLanes LoadDoubles(const double* from) {
+  using DoublesAmongNumbers __attribute__((aligned(alignof(double)))) = DoubleLanes;
+  return *reinterpret_cast<const DoublesAmongNumbers*>(from);
+}
+AMHEX_LANES_INLINE void StoreDoubles(const DoubleLanes& lanes, double* to) {
+  using DoublesAmongNumbers __attribute__((aligned(alignof(double)))) = DoubleLanes;
+  *reinterpret_cast<DoublesAmongNumbers*>(to) = lanes;
+}
+// Eight indices of lanes.
+AMHEX_LANES_INLINE LaneMask LoadIndices(const uint8_t* from) {
+  using Bytes = uint8_t __attribute__((vector_size(kLanes), aligned(1)));
+  return __builtin_convertvector(*reinterpret_cast<const Bytes*>(from), LaneMask);
+}
+// The lanes that the indices tell, of the first or, from kLanes on, the second.
+AMHEX_LANES_INLINE DoubleLanes Picked(const DoubleLanes& first, const DoubleLanes& second,
+                                      const LaneMask& indices) {
+#if defined(__clang__)
+  DoubleLanes picked;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int64_t i = indices[lane];
+    picked[lane] = i < kLanes ? first[i] : second[i - kLanes];
+  }
+  return picked;
+#else
+  return __builtin_shuffle(first, second, indices);
+#endif
+}
+AMHEX_LANES_INLINE DoubleLanes Picked(const DoubleLanes& from, const LaneMask& indices) {
+#if defined(__clang__)
+  return Picked(from, from, indices);
+#else
+  return __builtin_shuffle(from, indices);
+#endif
+}
+
 // Half of them. Where registers hold four numbers, lanes of eight doubles are compared and chosen
 // one by one by this compiler, and taken through memory like that if a loop carries a sum of them;
 // what does much of that goes through the halves.

@@ -9,6 +9,11 @@
 #include "base/platform.h"
 #include "base/widest_vectors.h"
 #include "optimize/cell_pattern.h"
+#include "optimize/gauss_points.h"
+
+#if !defined(__CUDACC__)
+#include "optimize/wide_cell.h"
+#endif
 
 namespace amhex {
 
@@ -41,8 +46,7 @@ class GaussJacobians {
  private:
   // Bilinear interpolation of four parallel edges at the 2x2 Gauss points.
   AMHEX_LANES_TOO static void Fill(const std::array<Vector, 4>& edge, std::array<Vector, 4>& at) {
-    constexpr double kNear = 0.78867513459481288;  // (1 + 1/sqrt 3) / 2
-    constexpr double kFar = 1 - kNear;
+    constexpr double kNear = kNearGaussPoint, kFar = kFarGaussPoint;
     const Vector low0 = edge[0] * kNear + edge[1] * kFar, low1 = edge[0] * kFar + edge[1] * kNear;
     const Vector high0 = edge[2] * kNear + edge[3] * kFar;
     const Vector high1 = edge[2] * kFar + edge[3] * kNear;
@@ -106,6 +110,13 @@ AMHEX_HD inline void JacobiansOf(const CellPattern& pattern, const CellPositions
   }
 }
 
+AMHEX_HD inline double MarginFrom(double length_sum, int edge_count, double least_determinant) {
+  const double mean_length = length_sum / edge_count;
+  const double unit = mean_length * mean_length * mean_length;
+  const double margin = least_determinant / unit - kSmallestDeterminant;
+  return std::isfinite(margin) ? margin : -1.0;
+}
+
 // Likewise; for most callers FoldMargin below.
 AMHEX_HD inline double MarginOf(const CellPattern& pattern, const CellPositions& positions) {
   double length_sum = 0;
@@ -113,26 +124,52 @@ AMHEX_HD inline double MarginOf(const CellPattern& pattern, const CellPositions&
     const auto& slots = pattern.edge_slots[e];
     length_sum += Norm(positions[slots[1]] - positions[slots[0]]);
   }
-  const double mean_length = length_sum / pattern.edge_count;
-  const double unit = mean_length * mean_length * mean_length;
   double determinant = kNoDeterminant;
   GaussJacobians<Vec3d>(positions).LowerTo(determinant);
   if (pattern.type != PrimitiveType::kSlice) LowerToStar(pattern, positions, determinant);
-  const double margin = determinant / unit - kSmallestDeterminant;
-  return std::isfinite(margin) ? margin : -1.0;
+  return MarginFrom(length_sum, pattern.edge_count, determinant);
 }
+
+#if defined(__CUDACC__)
+// Calls wide(WideCell), or narrow() where registers do not hold eight numbers.
+template <class Wide, class Narrow>
+AMHEX_HD void MeasureCellInLanes(const CellPattern&, const CellPositions&, const Wide&,
+                                 const Narrow& narrow) {
+  narrow();
+}
+#else
+template <class Wide, class Narrow>
+void MeasureCellInLanes(const CellPattern& pattern, const CellPositions& positions,
+                        const Wide& wide, const Narrow& narrow) {
+  RunInLanes([&](auto lanes) {
+    if constexpr (lanes == kLanes) {
+      wide(WideCell(pattern, positions));
+    } else {
+      narrow();
+    }
+  });
+}
+#endif
 
 // Scaled Jacobians of pattern.corner[0 .. corner_count), NaN where corners are not finite.
 AMHEX_HD inline void ScaledJacobians(const CellPattern& pattern, const CellPositions& positions,
                                      CornerJacobians& jacobians) {
-  RunWithWidestVectors([&] { JacobiansOf(pattern, positions, jacobians); });
+  MeasureCellInLanes(
+      pattern, positions, [&](const auto& cell) { cell.JacobiansTo(jacobians.data()); },
+      [&] { JacobiansOf(pattern, positions, jacobians); });
 }
 
 // The least Gauss point or face triangle determinant in units of the mean edge length cubed, less
 // a margin: positive where the cell does not fold.
 AMHEX_HD inline double FoldMargin(const CellPattern& pattern, const CellPositions& positions) {
   double margin = 0;
-  RunWithWidestVectors([&] { margin = MarginOf(pattern, positions); });
+  MeasureCellInLanes(
+      pattern, positions,
+      [&](const auto& cell) {
+        margin =
+            MarginFrom(cell.LengthSum(), pattern.edge_count, cell.LeastDeterminant(kNoDeterminant));
+      },
+      [&] { margin = MarginOf(pattern, positions); });
   return margin;
 }
 

@@ -116,6 +116,22 @@ void AddTriangles(const CellFaces& faces, CellPattern& pattern) {
   }
 }
 
+void AddLaneOrders(CellPattern& pattern) {
+  for (int e = 0; e < 16; ++e) {
+    const auto [from, to] = pattern.edge_slots[e < pattern.edge_count ? e : 0];
+    pattern.edge_from[e] = from, pattern.edge_to[e] = to;
+  }
+  for (int i = 0; i < 8; ++i) {
+    const CellPattern::Corner& corner = pattern.corner[i < pattern.corner_count ? i : 0];
+    pattern.corner_sign[i] = corner.sign;
+    for (int k = 0; k < 3; ++k) pattern.corner_edge[k][i] = corner.edge[k];
+  }
+  for (int t = 0; t < 24; ++t) {
+    const auto& triangle = pattern.triangle_slots[t < pattern.triangle_count ? t : 0];
+    for (int k = 0; k < 3; ++k) pattern.triangle_corner[k][t] = triangle[k];
+  }
+}
+
 int DegreeOf(uint8_t slot, const CellPattern& pattern) {
   int degree = 0;
   for (int e = 0; e < pattern.edge_count; ++e) {
@@ -196,6 +212,7 @@ struct PatternTable {
       AddCorners(faces, pattern);
       AddIncidences(pattern);
       AddTriangles(faces, pattern);
+      AddLaneOrders(pattern);
       index[mask] = static_cast<int16_t>(patterns.size());
       patterns.push_back(pattern);
     }

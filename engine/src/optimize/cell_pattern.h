@@ -40,6 +40,14 @@ struct CellPattern {
   // Outward triangles of every face; both diagonals' two triangles of every quad.
   int triangle_count = 0;
   std::array<std::array<uint8_t, 3>, 24> triangle_slots{};
+
+  // The same, number by number as lanes take them up (wide_cell.h): the slots that edges lead from
+  // and to, the edges and signs of corners, the slots of triangles. Behind the last the first one
+  // stands again.
+  std::array<uint8_t, 16> edge_from{}, edge_to{};
+  std::array<std::array<uint8_t, 8>, 3> corner_edge{};
+  std::array<double, 8> corner_sign{};
+  std::array<std::array<uint8_t, 24>, 3> triangle_corner{};
 };
 
 // All that FindCellPattern can answer.

@@ -127,8 +127,7 @@ DeviationLimits LimitsFor(const Hull& hull) {
 HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
     : hull_(hull),
       placement_(placement),
-      points_scatter_(PointsScatter(hull, poll)),
-      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), points_scatter_, poll)),
+      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), points_scatter(), poll)),
       crease_points_(CreasePoints(placement.features.view())),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),

@@ -87,9 +87,9 @@ class HullSampling {
                                     const Surroundings& around = {}) const;
 
   const Hull& hull() const { return hull_; }
-  // The input's points do, as noise makes them: the hull is followed, and those that lie off it by
+  // Where the input's points do (HullFeatures), the hull is followed, and those that lie off it by
   // more than does not count are no samples.
-  bool points_scatter() const { return points_scatter_; }
+  bool points_scatter() const { return placement_.features.points_scatter(); }
   const std::vector<Vec3d>& points() const { return points_; }
   const std::vector<Vec3d>& crease_points() const { return crease_points_; }
   const fields::PointIndex& point_index() const { return point_index_; }
@@ -99,7 +99,6 @@ class HullSampling {
  private:
   const Hull& hull_;
   const Placement& placement_;
-  const bool points_scatter_;
   std::vector<Vec3d> points_, crease_points_, face_middles_;
   fields::PointIndex point_index_, crease_index_, face_index_;
 };

@@ -9,6 +9,7 @@
 
 #include "base/array_view_of.h"
 #include "input/sharp_features.h"
+#include "optimize/hull_samples.h"
 
 namespace amhex {
 namespace {
@@ -50,6 +51,7 @@ HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll)
   poll.Now();
   FindCorners(hull);
   tips_ = AcuteTips(hull, poll);
+  points_scatter_ = PointsScatter(hull, poll);
   MakeView();
 }
 

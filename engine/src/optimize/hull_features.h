@@ -45,6 +45,8 @@ class HullFeatures {
   int32_t PatchOf(int32_t triangle) const { return patch_of_triangle_[triangle]; }
   const std::vector<HullCorner>& corners() const { return corners_; }
   const std::vector<AcuteTip>& tips() const { return tips_; }
+  // Whether the input's points lie off the hull as noise makes them (hull_samples.h).
+  bool points_scatter() const { return points_scatter_; }
   // Patches that share a crease with `patch`, ascending.
   const std::vector<int32_t>& AdjacentPatches(int32_t patch) const { return adjacent_[patch]; }
 
@@ -80,6 +82,7 @@ class HullFeatures {
   std::map<std::pair<int32_t, int32_t>, SegmentQueries> creases_;  // by (lower, higher) patch
   std::vector<HullCorner> corners_;
   std::vector<AcuteTip> tips_;
+  bool points_scatter_ = false;
   // For the view.
   std::vector<HullView> patch_views_;
   std::vector<CreaseView> crease_views_;
