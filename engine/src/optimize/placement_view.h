@@ -79,8 +79,9 @@ AMHEX_HD inline ConstrainedPoint FindFoot(const PlacementView& placement, int64_
 }
 
 // Whether the middle of a hull face, at `middle`, is within this distance of the hull.
-AMHEX_HD inline bool MiddleIsWithin(const PlacementView& placement, int32_t hull_face,
-                                    const Vec3d& middle, double distance) {
+AMHEX_HD inline bool MiddleIsWithin(const PlacementView& placement,
+                                    [[maybe_unused]] int32_t hull_face, const Vec3d& middle,
+                                    double distance) {
 #if !defined(__CUDACC__)
   if (!placement.likely_triangles.empty()) {
     return placement.features.hull.IsWithin(middle, distance,
