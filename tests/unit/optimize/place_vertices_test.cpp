@@ -28,6 +28,12 @@ using testing_support::HullOfMesh;
 using testing_support::MeshOf;
 using testing_support::Shake;
 
+CellComplex Shaken(const GridSize& n, double by) {
+  CellComplex complex = GridComplex(n);
+  Shake(complex, by);
+  return complex;
+}
+
 CellComplex Placed(const CellComplex& complex, const Hull& hull) {
   RunContext run;
   absl::StatusOr<CellComplex> placed = PlaceVertices(complex, HullFeatures(hull), run);
@@ -37,8 +43,7 @@ CellComplex Placed(const CellComplex& complex, const Hull& hull) {
 
 TEST(PlaceVertices, MakesAShakenGridFillItsBoxExactly) {
   const GridSize n{5, 4, 6};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.2);
+  CellComplex complex = Shaken(n, 0.2);
   const Hull hull = GridHull(n, 0.5);
   const AtMostHexaMesh mesh = MeshOf(Placed(complex, hull));
   const ValidationReport report = ValidateMesh(mesh);
@@ -62,8 +67,7 @@ TEST(PlaceVertices, LeavesAPerfectGridAsItIs) {
 
 TEST(PlaceVertices, GivesTheSameBitsAtAnyThreadCount) {
   const GridSize n{9, 9, 9};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.25);
+  CellComplex complex = Shaken(n, 0.25);
   const Hull hull = GridHull(n, 0.5);
   std::vector<CellComplex> results;
   for (const size_t threads : {1, 2, 7}) {
@@ -98,8 +102,7 @@ TEST(PlaceVertices, PutsACubeOfHexahedraOntoASphere) {
 TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHull) {
   // A grid inside a larger box: placing would stretch it to the walls.
   const GridSize n{5, 5, 5};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.25);
+  CellComplex complex = Shaken(n, 0.25);
   for (Vec3d& p : complex.vertices) p = p + Vec3d{0.5, 0.5, 0.5};
   const Hull hull = GridHull({6, 6, 6}, 0.5);
   const QualitySummary before = SummarizeQuality(complex);
@@ -122,13 +125,11 @@ TEST(PlaceVertices, RaisingLowersNeitherMinimumNorAverageAndDrawsNothingToTheHul
 
 TEST(PlacePart, RaisesPoorCellsUntilTheyAreBearable) {
   const GridSize n{6, 6, 6};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.3);
+  CellComplex complex = Shaken(n, 0.3);
   const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   const RunContext run;
-  const double before = SummarizeQuality(complex).minimum;
-  ASSERT_LT(before, kBearable - 0.1);
+  ASSERT_LT(SummarizeQuality(complex).minimum, kBearable - 0.1);
   const auto bearable = PlacePart(complex, {}, features, run, PlacementEffort::kBearable);
   const auto raised = PlacePart(complex, {}, features, run, PlacementEffort::kRaise);
   ASSERT_TRUE(bearable.ok() && raised.ok());
@@ -138,8 +139,7 @@ TEST(PlacePart, RaisesPoorCellsUntilTheyAreBearable) {
 
 TEST(PlacePart, LeavesNoCellPoorerWhereOneCannotBeMadeBearable) {
   const GridSize n{5, 5, 5};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.25);
+  CellComplex complex = Shaken(n, 0.25);
   // One cell is flat and cannot change.
   std::vector<uint8_t> fixed(complex.vertices.size(), 0);
   for (const int32_t v : complex.cells[62]) fixed[v] = 1;
@@ -163,8 +163,7 @@ TEST(PlacePart, LeavesNoCellPoorerWhereOneCannotBeMadeBearable) {
 
 TEST(PlacePart, MovesOnlyTheVerticesThatAreNotFixed) {
   const GridSize n{6, 5, 5};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.25);
+  CellComplex complex = Shaken(n, 0.25);
   const Hull hull = GridHull(n, 0.5);
   std::vector<uint8_t> fixed;
   for (const Vec3d& p : complex.vertices) fixed.push_back(p.x < 2.5 ? 1 : 0);
@@ -220,8 +219,7 @@ TEST(ProjectToHull, NeverMakesACellInvalid) {
 
 TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
   const GridSize n{5, 4, 4};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.3);
+  CellComplex complex = Shaken(n, 0.3);
   const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
@@ -238,8 +236,7 @@ TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
 
 TEST(SweepQuality, NeverLowersTheMinimum) {
   const GridSize n{6, 5, 4};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.3);
+  CellComplex complex = Shaken(n, 0.3);
   const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
@@ -265,8 +262,7 @@ TEST(SweepQuality, NeverLowersTheMinimum) {
 
 TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   const GridSize n{4, 4, 4};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.25);
+  CellComplex complex = Shaken(n, 0.25);
   const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   Placement placement = PreparePlacement(complex, features);
@@ -300,8 +296,7 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
 
 TEST(Constraints, GiveEveryCornerOneVertexAndEveryEdgeAChain) {
   const GridSize n{5, 4, 3};
-  CellComplex complex = GridComplex(n);
-  Shake(complex, 0.2);
+  CellComplex complex = Shaken(n, 0.2);
   const Hull hull = GridHull(n, 0.5);
   const HullFeatures features(hull);
   ASSERT_EQ(features.corners().size(), 8u);
