@@ -35,10 +35,14 @@ std::vector<int> RingsAround(const WorkingMesh& whole, const CellLists& cells_at
 
 }  // namespace
 
-double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
+Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d middle;
   for (int j = 0; j < face.count; ++j) middle += vertices[face.v[j]];
-  middle = middle / face.count;
+  return middle / face.count;
+}
+
+double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
+  const Vec3d middle = MiddleOf(face, vertices);
   double least = 1e300;
   for (int j = 0; j < face.count; ++j) {
     const Vec3d& a = vertices[face.v[j]];

@@ -42,12 +42,6 @@ constexpr size_t kTriesPerPlace = 3;
 // Each try looks at the whole mesh: a second of a core for about so many cells.
 constexpr size_t kMostCellsTried = 40'000;
 
-Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
-  Vec3d middle;
-  for (int j = 0; j < face.count; ++j) middle += vertices[face.v[j]];
-  return middle / face.count;
-}
-
 class GapSplitter {
  public:
   GapSplitter(const CellComplex& complex, const Hull& hull, const HullFeatures& features,
@@ -200,7 +194,7 @@ class GapSplitter {
     return candidates;
   }
 
-  // What only has bearable cells is raised to the end first: that takes ten times as long as to
+  // What only has bearable cells is raised to the end first: that takes three times as long as to
   // find out whether it can have them, and mostly it cannot, or another candidate is nearer.
   std::optional<CellComplex> InWhole(const WorkingMesh& whole,
                                      const std::vector<SeatExcerpt>& seats,
