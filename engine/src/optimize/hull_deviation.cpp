@@ -28,12 +28,6 @@ constexpr double kSameGap = 0.4;
 // Samples per task: some ten milliseconds at most.
 constexpr size_t kSamplesPerBlock = 1024;
 
-Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
-  Vec3d sum;
-  for (int j = 0; j < face.count; ++j) sum += vertices[face.v[j]];
-  return sum / static_cast<double>(face.count);
-}
-
 std::vector<Vec3d> MiddlesOf(const CellComplex& complex) {
   std::vector<Vec3d> middles;
   middles.reserve(complex.hull_faces.size());
@@ -115,6 +109,12 @@ void SortWorstFirst(std::vector<Gap>* gaps) {
 }
 
 }  // namespace
+
+Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
+  Vec3d sum;
+  for (int j = 0; j < face.count; ++j) sum += vertices[face.v[j]];
+  return sum / static_cast<double>(face.count);
+}
 
 DeviationLimits LimitsFor(const Hull& hull) {
   DeviationLimits limits;

@@ -18,6 +18,9 @@
 
 namespace amhex {
 
+// Of the corners of a face.
+Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices);
+
 // What is asked of the whole boundary, edge lengths.
 struct DeviationLimits {
   double limit = 0;      // of a distance between hull and boundary

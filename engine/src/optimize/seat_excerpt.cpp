@@ -6,6 +6,7 @@
 #include "base/stop_poll.h"
 #include "input/triangle_math.h"
 #include "optimize/cell_quality.h"
+#include "optimize/hull_deviation.h"
 
 namespace amhex {
 namespace {
@@ -34,12 +35,6 @@ std::vector<int> RingsAround(const WorkingMesh& whole, const CellLists& cells_at
 }
 
 }  // namespace
-
-Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
-  Vec3d middle;
-  for (int j = 0; j < face.count; ++j) middle += vertices[face.v[j]];
-  return middle / face.count;
-}
 
 double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
   const Vec3d middle = MiddleOf(face, vertices);

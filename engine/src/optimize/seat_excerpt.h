@@ -14,8 +14,6 @@
 
 namespace amhex {
 
-// Of the corners of a face.
-Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices);
 // From a point to a face, taken as the fan of triangles around its middle.
 double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices);
 
