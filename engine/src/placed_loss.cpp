@@ -40,12 +40,14 @@ PlacedLoss LossOf(const CellComplex& placed, const Improvement& with, double goo
   const Hull& hull = with.hull;
   const QualitySummary quality = SummarizeQuality(placed, poll);
   const double limit = LimitsFor(hull).limit;
-  const BoundaryMeasures measured = MeasureBoundary(FinalizeMesh(placed, hull.frame, poll), hull,
-                                                    std::min(limit, kLostFrom), poll, with.device);
+  const BoundaryMeasures measured =
+      MeasureBoundary(FinalizeMesh(placed, hull.frame, poll), hull, limit, poll, with.device);
   const double distance = measured.farthest;
   const auto cells = static_cast<double>(placed.cells.size());
-  // Of points that scatter the farthest are noise.
-  const double lost = with.features.points_scatter() ? 0 : std::max(0.0, distance - kLostFrom);
+  // Of points that scatter the farthest are noise. What is near enough is not lost, however small
+  // the cells.
+  const double lost_from = std::max(limit, kLostFrom);
+  const double lost = with.features.points_scatter() ? 0 : std::max(0.0, distance - lost_from);
   return {.cells = 1 - quality.average + DeviationLoss(cells, WantedCells(hull, poll)),
           .minimum = kMinimumWeight * std::max(0.0, good_minimum - quality.minimum),
           .distance = kDistanceWeight * std::max(0.0, distance - limit),

@@ -30,6 +30,13 @@ TEST(PlacedLoss, AMissingEndCountsMoreThanAnyCellsCouldMakeGood) {
   EXPECT_GT(loss.faults(), 0.5);
 }
 
+TEST(PlacedLoss, NothingIsLostThatIsNearEnoughForSoLargeASolid) {
+  // 0.5 % of its diagonal are 1.25 edge lengths.
+  const Hull hull = GridHull({250, 3, 3}, 1.0);
+  EXPECT_EQ(LossOfGrid(249, hull).faults(), 0);
+  EXPECT_GT(LossOfGrid(248, hull).lost, 0.3);
+}
+
 TEST(PlacedLoss, NothingIsLostThatOnlyNoiseReaches) {
   Hull hull = GridHull({8, 3, 3}, 1.0);
   for (int i = 0; i < 100; ++i) hull.input_points.push_back({0.08 * i, 1.5, 3.5});
