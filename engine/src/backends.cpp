@@ -1,13 +1,12 @@
 #include "backends.h"
 
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
-
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "amhex/mesher.h"
+#include "base/used_threads.h"
 #include "build_version.h"
 #include "cuda/cuda_library.h"
 
@@ -15,7 +14,8 @@ namespace amhex {
 namespace {
 
 std::string DescribeCpu() {
-  return absl::StrCat("cpu (", tbb::this_task_arena::max_concurrency(), " threads)");
+  const int64_t threads = UsedThreads();
+  return absl::StrCat("cpu (", threads, threads == 1 ? " thread)" : " threads)");
 }
 
 }  // namespace

@@ -88,12 +88,12 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
 absl::StatusOr<MeshingResult> Run(const InputHull& input, const Guidance& guidance,
                                   const MeshingParams& params, RunContext& run) {
   AMHEX_RETURN_IF_ERROR(Validate(params));
-  AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
   const size_t threads = params.run.thread_count > 0
                              ? static_cast<size_t>(params.run.thread_count)
                              : static_cast<size_t>(oneapi::tbb::info::default_concurrency());
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           threads);
+  AMHEX_ASSIGN_OR_RETURN(const BackendChoice backend, ChooseBackend(params.run.backend));
 
   const auto* volume = std::get_if<VolumeMesh>(&input);
   if (volume != nullptr && params.input.volume_use != VolumeUse::kHull) {

@@ -1,11 +1,10 @@
 // Which sweeps a device takes: those of so many vertices that it is the sooner of the two.
 #pragma once
 
-#include <oneapi/tbb/task_arena.h>
-
 #include <atomic>
 #include <cstdint>
 
+#include "base/used_threads.h"
 #include "optimize/vertex_neighbourhoods.h"
 
 namespace amhex {
@@ -18,8 +17,7 @@ inline std::atomic<int64_t> visits_worth_device{40};
 // The fewest vertices to be visited that a device is asked to visit.
 inline int64_t FewestVisitsOnDevice(const VertexNeighbourhoods& neighbourhoods) {
   return visits_worth_device.load(std::memory_order_relaxed) *
-         static_cast<int64_t>(neighbourhoods.colours.size()) *
-         oneapi::tbb::this_task_arena::max_concurrency();
+         static_cast<int64_t>(neighbourhoods.colours.size()) * UsedThreads();
 }
 
 // After a sweep about so many times as many vertices as it moved are worth a visit (medians: 1.8

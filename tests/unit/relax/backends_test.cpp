@@ -5,6 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "amhex/mesher.h"
+#include "fixtures/solids.h"
 
 namespace amhex {
 namespace {
@@ -23,6 +24,17 @@ TEST(Backends, TheCpuIsAlwaysThere) {
   ASSERT_TRUE(choice.ok());
   EXPECT_EQ(choice->backend, Backend::kCpu);
   EXPECT_THAT(choice->note, HasSubstr("cpu ("));
+}
+
+TEST(Backends, ARunOnOneThreadSaysSo) {
+  MeshingParams params;
+  params.sizing.cell_count = 20;
+  params.run.backend = Backend::kCpu;
+  params.run.thread_count = 1;
+  RunContext run;
+  const auto result = Mesh(InputHull(fixtures::MakeBox({1, 1, 1}, 0.5)), params, run);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->backend_note, "cpu (1 thread)");
 }
 
 TEST(Backends, AutoSaysWhatItChoseAndWhy) {
