@@ -249,7 +249,7 @@ struct ShakenBox {
     return RunSweeps(placement, {QualityAim::kMinimum, 0.9, 0.5}, 2, memory, run);
   }
   absl::Status Project(const RunContext& run) {
-    return ProjectToHull(placement, 0.1, memory, run).status();
+    return ProjectToHull(placement, AllVertices(placement), 0.1, memory, run).status();
   }
 };
 

@@ -33,13 +33,19 @@ constexpr int kMaxMends = 4;
 
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
                                         RunContext& run) {
-  const auto place = [&](PlacementEffort effort) {
-    return PlaceVertices(std::move(complex), with.features, run, effort, with.device);
+  // Between changes of the cells only what has changed since the last time is worth a look.
+  CellComplex settled;
+  const auto place = [&](PlacementEffort effort) -> absl::Status {
+    const bool has_settled = effort == PlacementEffort::kValid && !settled.cells.empty();
+    AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), with.features, run, effort,
+                                                  with.device, has_settled ? &settled : nullptr));
+    settled = complex;
+    return absl::OkStatus();
   };
   bool is_placed = false;
   for (size_t i = 0; i < std::size(kImprovementRounds); ++i) {
     if (!is_placed) {
-      AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
+      AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
     }
     const std::vector<CellCorners> before = complex.cells;
     // Repairs and moves make room: what could not be peeled or joined a round ago may be now.
@@ -52,7 +58,7 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
           complex, MergeOthers(std::move(complex), with.params.input.sharp_angle_degrees, run));
     }
     if (folds == StarFolds::kAllowed && complex.cells != before) {
-      AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
+      AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
     }
     AMHEX_ASSIGN_OR_RETURN(complex, RepairCells(complex, with.hull,
                                                 {.quality = kImprovementRounds[i].quality,
@@ -60,15 +66,14 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
                                                 run));
     is_placed = complex.cells == before;
   }
-  AMHEX_ASSIGN_OR_RETURN(complex,
-                         place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
+  AMHEX_RETURN_IF_ERROR(place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
   for (int layers = 0; layers < kMaxMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended,
                            MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
     if (mended.resists) continue;
     if (!mended.changed) break;
-    AMHEX_ASSIGN_OR_RETURN(complex, place(PlacementEffort::kValid));
+    AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
   }
   return complex;
 }

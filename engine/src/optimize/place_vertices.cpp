@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "optimize/cell_quality.h"
@@ -13,6 +14,7 @@
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 #include "optimize/report_cells.h"
+#include "optimize/unsettled_vertices.h"
 
 namespace amhex {
 namespace {
@@ -57,9 +59,10 @@ constexpr double kWantedOnTheWay = 0.2;
 
 class Placer {
  public:
-  // `watched`, if any, is told of progress.
-  Placer(Placement& placement, const RunContext& run, RunContext* watched)
+  // `watched`, if any, is told of progress. Each step starts with the vertices `first`.
+  Placer(Placement& placement, ActiveVertices first, const RunContext& run, RunContext* watched)
       : placement_(placement),
+        first_(std::move(first)),
         run_(run),
         poll_(run),
         watched_(watched),
@@ -92,17 +95,20 @@ class Placer {
  private:
   // Rounds of projection, each followed by sweeps that make room for the next.
   absl::Status ReachHull() {
-    SweepMemory memory = StartSweeps(vertex_count_);
+    SweepMemory memory = Start();
     const SweepRules rules{QualityAim::kMinimum, kRoundTarget, kRoundTarget};
     for (size_t round = 0; round < kProjectionFloors.size(); ++round) {
       const absl::StatusOr<int64_t> projected =
-          ProjectToHull(placement_, kProjectionFloors[round], memory, run_);
+          ProjectToHull(placement_, first_, kProjectionFloors[round], memory, run_);
       if (!projected.ok()) return projected.status();
       absl::Status status = Sweep(rules, kSweepsPerRound, memory);
       if (!status.ok()) return status;
-      if (round == kWeakenAfterRound) WeakenUnreached(placement_, kUnreached, poll_);
+      const bool is_last = LargestOffset(placement_, first_, poll_) < kReached;
+      if (is_last ? round <= kWeakenAfterRound : round == kWeakenAfterRound) {
+        WeakenUnreached(placement_, kUnreached, poll_);
+      }
       Report(0.4 * static_cast<double>(round + 1) / kProjectionFloors.size());
-      if (LargestOffset(placement_, poll_) < kReached) break;
+      if (is_last) break;
     }
     return absl::OkStatus();
   }
@@ -193,8 +199,14 @@ class Placer {
     return any;
   }
 
-  absl::Status Sweep(const SweepRules& rules, int sweep_count) {
+  SweepMemory Start() const {
     SweepMemory memory = StartSweeps(vertex_count_);
+    memory.active = first_;
+    return memory;
+  }
+
+  absl::Status Sweep(const SweepRules& rules, int sweep_count) {
+    SweepMemory memory = Start();
     return Sweep(rules, sweep_count, memory);
   }
 
@@ -218,6 +230,7 @@ class Placer {
   }
 
   Placement& placement_;
+  const ActiveVertices first_;
   const RunContext& run_;
   const StopPoll poll_;
   RunContext* const watched_;
@@ -240,7 +253,7 @@ absl::Status CheckCells(const CellComplex& complex) {
 
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
                                           RunContext& run, PlacementEffort effort,
-                                          DeviceUse* device) {
+                                          DeviceUse* device, const CellComplex* settled) {
   absl::Status status = CheckCells(complex);
   if (!status.ok()) return status;
   if (complex.cells.empty()) return complex;
@@ -250,7 +263,9 @@ absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeature
   for (CellCorners& corners : complex.cells) corners = AsListedInFigure2(corners);
   Placement placement = PreparePlacement(complex, features, StopPoll(run));
   placement.device = device;
-  status = Placer(placement, run, &run).Run(effort);
+  ActiveVertices first = settled == nullptr ? AllVertices(placement)
+                                            : UnsettledVertices(placement, *settled, StopPoll(run));
+  status = Placer(placement, std::move(first), run, &run).Run(effort);
   if (!status.ok()) return status;
   return complex;
 }
@@ -266,7 +281,7 @@ absl::StatusOr<CellComplex> PlacePart(CellComplex part, const std::vector<uint8_
   for (size_t v = 0; v < fixed.size(); ++v) {
     if (fixed[v]) placement.constraints.vertex[v] = {Constraint::kFixed, -1, -1, -1};
   }
-  status = Placer(placement, run, nullptr).Run(effort);
+  status = Placer(placement, AllVertices(placement), run, nullptr).Run(effort);
   if (!status.ok()) return status;
   return part;
 }

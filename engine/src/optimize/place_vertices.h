@@ -34,11 +34,14 @@ inline constexpr double kBearable = 0.31;
 //
 // `features` must be those of the hull. Same result at any thread count. Linear in the number of
 // cells, ~0.1 ms each. Sweeps run on `device`, or on the CPU where it is null, with the same bits.
+// Where only some cells have changed since `settled` was returned, vertices away from those are
+// drawn nowhere, and are moved only with one beside them, or where a cell is very poor.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, INTERNAL (a cell of no known type), and those of RunOnCuda.
 absl::StatusOr<CellComplex> PlaceVertices(CellComplex complex, const HullFeatures& features,
                                           RunContext& run,
                                           PlacementEffort effort = PlacementEffort::kBest,
-                                          DeviceUse* device = nullptr);
+                                          DeviceUse* device = nullptr,
+                                          const CellComplex* settled = nullptr);
 
 // The same for a part of a mesh: vertices v with fixed[v] = 1 stay; those behind the end of `fixed`
 // may move. Faces towards cells that are not in the part need not be closed, but the vertices of

@@ -91,6 +91,10 @@ void ActiveVertices::ListAnew() {
   is_sorted_ = true;
 }
 
+ActiveVertices AllVertices(const Placement& placement) {
+  return ActiveVertices::All(static_cast<int64_t>(placement.complex.vertices.size()));
+}
+
 SweepMemory StartSweeps(int64_t vertex_count) {
   return {ActiveVertices::All(vertex_count), std::vector<float>(vertex_count, kFirstSweepStep)};
 }

@@ -51,7 +51,7 @@ PlacementView ViewOf(Placement& placement);
 // What vertices try first, edge lengths.
 inline constexpr float kFirstSweepStep = 0.1F;
 
-// Which vertices the next sweep has to look at.
+// Some of the vertices, such as those that the next sweep has to look at.
 class ActiveVertices {
  public:
   // All of them, or none.
@@ -65,6 +65,9 @@ class ActiveVertices {
     is_sorted_ = false;
   }
   void Clear();
+  bool Has(int32_t v) const { return is_active_[v] != 0; }
+  bool AreAll() const { return list_.size() == is_active_.size(); }
+  bool AreNone() const { return list_.empty(); }
   int64_t count() const { return static_cast<int64_t>(is_active_.size()); }
   // Ascending.
   const std::vector<int32_t>& list();
@@ -78,6 +81,8 @@ class ActiveVertices {
   std::vector<int32_t> list_;       // of these
   bool is_sorted_ = true;
 };
+
+ActiveVertices AllVertices(const Placement& placement);
 
 // Which vertices a later sweep need not look at, and how far each moved last.
 struct SweepMemory {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/array_view_of.h"
 #include "base/status_macros.h"
 #include "cuda/device_use.h"
 #include "optimize/lane_cells.h"
@@ -24,6 +25,16 @@ double OffsetOf(const PlacementView& placement, size_t v) {
   return Norm(FootOf(placement, vertex).point - placement.vertices[vertex]);
 }
 
+// As they are for these vertices; the others stay where they are.
+std::vector<VertexConstraint> ConstraintsAmong(const ActiveVertices& among,
+                                               const std::vector<VertexConstraint>& constraints) {
+  std::vector<VertexConstraint> theirs = constraints;
+  for (size_t v = 0; v < theirs.size(); ++v) {
+    if (!among.Has(static_cast<int32_t>(v))) theirs[v].kind = Constraint::kFixed;
+  }
+  return theirs;
+}
+
 // Ascending.
 std::vector<int32_t> VerticesOnHull(const PlacementView& placement) {
   std::vector<int32_t> on_hull;
@@ -35,9 +46,15 @@ std::vector<int32_t> VerticesOnHull(const PlacementView& placement) {
 
 }  // namespace
 
-absl::StatusOr<int64_t> ProjectToHull(Placement& placement, double quality_floor,
-                                      SweepMemory& memory, const RunContext& run) {
+absl::StatusOr<int64_t> ProjectToHull(Placement& placement, const ActiveVertices& among,
+                                      double quality_floor, SweepMemory& memory,
+                                      const RunContext& run) {
   SweepTask task = TaskFor(placement, memory, run);
+  std::vector<VertexConstraint> constraints;
+  if (!among.AreAll()) {
+    constraints = ConstraintsAmong(among, placement.constraints.vertex);
+    task.placement.constraints = ArrayViewOf(constraints);
+  }
   task.projection_floor = quality_floor;
   const std::vector<int32_t> on_hull = VerticesOnHull(task.placement);
   const auto on_cpu = [&]() -> absl::StatusOr<bool> {
@@ -76,13 +93,14 @@ void WeakenUnreached(Placement& placement, double tolerance, const StopPoll& pol
   }
 }
 
-double LargestOffset(Placement& placement, const StopPoll& poll) {
+double LargestOffset(Placement& placement, const ActiveVertices& among, const StopPoll& poll) {
   const PlacementView view = ViewOf(placement);
   return tbb::parallel_reduce(
       tbb::blocked_range<size_t>(0, placement.constraints.vertex.size(), kVerticesPerBlock), 0.0,
       [&](const tbb::blocked_range<size_t>& range, double largest) {
         poll.Now();
         for (size_t v = range.begin(); v < range.end(); ++v) {
+          if (!among.Has(static_cast<int32_t>(v))) continue;
           largest = std::max(largest, OffsetOf(view, v));
         }
         return largest;

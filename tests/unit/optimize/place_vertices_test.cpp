@@ -211,10 +211,10 @@ TEST(ProjectToHull, NeverMakesACellInvalid) {
   const RunContext run;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 4; ++round) {
-    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+    ASSERT_TRUE(ProjectToHull(placement, AllVertices(placement), 0.1, memory, run).ok());
     EXPECT_GE(SummarizeQuality(complex).minimum, 0.1);
   }
-  EXPECT_GT(LargestOffset(placement), 0.1);
+  EXPECT_GT(LargestOffset(placement, AllVertices(placement)), 0.1);
 }
 
 TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
@@ -226,7 +226,7 @@ TEST(Placement, KeepsItsSurveyOfTheCellsUpToDate) {
   const RunContext run;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 3; ++round) {
-    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+    ASSERT_TRUE(ProjectToHull(placement, AllVertices(placement), 0.1, memory, run).ok());
     ASSERT_TRUE(SweepQuality(placement, {QualityAim::kMinimum, 0.9, 0.5}, memory, run).ok());
     const CellSurvey anew = PreparePlacement(complex, features).survey;
     EXPECT_EQ(placement.survey.min_scaled_jacobian, anew.min_scaled_jacobian);
@@ -269,9 +269,9 @@ TEST(SweepQuality, KeepsCornersInPlaceAndVerticesOnTheirEdgesAndFaces) {
   const RunContext run;
   SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
   for (int round = 0; round < 3; ++round) {
-    ASSERT_TRUE(ProjectToHull(placement, 0.1, memory, run).ok());
+    ASSERT_TRUE(ProjectToHull(placement, AllVertices(placement), 0.1, memory, run).ok());
   }
-  ASSERT_LT(LargestOffset(placement), 1e-9);
+  ASSERT_LT(LargestOffset(placement, AllVertices(placement)), 1e-9);
   const std::vector<Vec3d> start = complex.vertices;
   for (int sweep = 0; sweep < 5; ++sweep) {
     ASSERT_TRUE(SweepQuality(placement,

@@ -53,7 +53,7 @@ TEST_F(Stopping, EndsTablesOfAPlacement) {
   Placement placement = PreparePlacement(complex_, features_);
   EXPECT_THROW(SurveyAllCells(placement, poll_), RunStopped);
   EXPECT_THROW(WeakenUnreached(placement, 0.1, poll_), RunStopped);
-  EXPECT_THROW(LargestOffset(placement, poll_), RunStopped);
+  EXPECT_THROW(LargestOffset(placement, AllVertices(placement), poll_), RunStopped);
 }
 
 TEST_F(Stopping, IsTheStatusOfSteps) {

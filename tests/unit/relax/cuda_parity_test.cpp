@@ -335,7 +335,8 @@ TEST_F(CudaParityOfPlacement, MovesTheSameVerticesToTheSamePlacesAsTheCpu) {
     placement.device = where;
     SweepMemory memory = StartSweeps(static_cast<int64_t>(complex.vertices.size()));
     const RunContext run;
-    const absl::StatusOr<int64_t> projected = ProjectToHull(placement, 0.1, memory, run);
+    const absl::StatusOr<int64_t> projected =
+        ProjectToHull(placement, AllVertices(placement), 0.1, memory, run);
     EXPECT_GT(projected.value_or(0), 0);
     SweepRules rules{aim, 1.1, 0.4};
     if (aim == QualityAim::kAverage) rules.penalty.kind = EnergyKind::kMinima;
