@@ -9,6 +9,7 @@
 
 #include "absl/container/inlined_vector.h"
 #include "base/loop_polling.h"
+#include "fields/point_index.h"
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
 
@@ -25,6 +26,9 @@ constexpr double kProbeOffset = 1e-3;
 constexpr double kMaxOutsideWinding = 0.25;
 // Faces that fold back on each other leave no direction that is plainly outside.
 constexpr double kLeastBisector = 0.05;
+
+// Sheets of a boundary that moving a vertex has brought together are this near to it, edge lengths.
+constexpr double kReachOfMove = 3.0;
 
 constexpr size_t kFacesPerBlock = 512;
 constexpr size_t kCellsPerBlock = 4096;
@@ -110,12 +114,36 @@ bool FaceEachOther(const CellFace& a, const CellFace& b, const std::vector<Vec3d
 
 class DefectFinder {
  public:
-  DefectFinder(const WorkingMesh& mesh, const Hull& hull, const StopPoll& poll)
-      : x_(mesh.vertices()),
+  // Looks at all of the faces.
+  DefectFinder(const std::vector<Vec3d>& vertices, std::vector<CellFace> faces, const Hull& hull,
+               const StopPoll& poll)
+      : x_(vertices),
         hull_(hull),
         poll_(poll),
-        faces_(BoundaryFaces(mesh, poll)),
-        faces_at_(faces_, x_.size(), poll) {}
+        faces_(std::move(faces)),
+        faces_at_(faces_, x_.size(), poll),
+        looked_at_(faces_.size()),
+        vertices_looked_at_(faces_at_.vertices()) {
+    std::iota(looked_at_.begin(), looked_at_.end(), 0);
+  }
+
+  // At those near these vertices only.
+  void LookNear(const std::vector<int32_t>& vertices) {
+    std::vector<Vec3d> centres;
+    centres.reserve(faces_.size());
+    for (const CellFace& face : faces_) centres.push_back(FaceCentroid(face, x_));
+    const fields::PointIndex index(centres, 1.0);
+    std::vector<uint8_t> is_near(faces_.size(), 0);
+    for (const int32_t v : vertices) {
+      poll_.Now();
+      index.VisitNear(x_[v], kReachOfMove, [&](int32_t f) { is_near[f] = 1; });
+    }
+    std::erase_if(looked_at_, [&](int f) { return is_near[f] == 0; });
+    std::erase_if(vertices_looked_at_, [&](int32_t v) {
+      const std::span<const int> at = faces_at_[v];
+      return std::none_of(at.begin(), at.end(), [&](int f) { return is_near[f] != 0; });
+    });
+  }
 
   BoundaryDefects Run() const {
     BoundaryDefects found;
@@ -140,11 +168,11 @@ class DefectFinder {
 
   // Where the boundary is no surface.
   Vertices FindUnsound() const {
-    const Vertices& vertices = faces_at_.vertices();
-    return FindAllPolling<int32_t>(vertices.size(), kFacesPerBlock, poll_,
+    return FindAllPolling<int32_t>(vertices_looked_at_.size(), kFacesPerBlock, poll_,
                                    [&](size_t i, Vertices& defects) {
-                                     if (!IsOneSheet(vertices[i])) defects.push_back(vertices[i]);
-                                     FindHangingFaces(faces_at_[vertices[i]], defects);
+                                     const int32_t v = vertices_looked_at_[i];
+                                     if (!IsOneSheet(v)) defects.push_back(v);
+                                     FindHangingFaces(faces_at_[v], defects);
                                    });
   }
 
@@ -187,10 +215,11 @@ class DefectFinder {
 
   Vertices FindFarFaces() const {
     return FindAllPolling<int32_t>(
-        faces_.size(), kFacesPerBlock, poll_, [&](size_t f, Vertices& defects) {
-          const Vec3d centre = FaceCentroid(faces_[f], x_);
-          const HullPoint nearest = hull_.queries->Closest(centre, kMaxBoundaryDistance);
-          if (nearest.triangle < 0) AddFace(faces_[f], defects);
+        looked_at_.size(), kFacesPerBlock, poll_, [&](size_t i, Vertices& defects) {
+          const CellFace& face = faces_[looked_at_[i]];
+          const HullPoint nearest =
+              hull_.queries->Closest(FaceCentroid(face, x_), kMaxBoundaryDistance);
+          if (nearest.triangle < 0) AddFace(face, defects);
         });
   }
 
@@ -206,9 +235,9 @@ class DefectFinder {
     if (boundary.triangles.empty()) return {};
     const HullQueries queries(boundary.vertices, boundary.triangles, poll_);
     const std::vector<Probe> probes =
-        FindAllPolling<Probe>(faces_.size(), kFacesPerBlock, poll_, [&](size_t f, auto& found) {
-          found.push_back(ProbeOf(faces_[f]));
-          AddEdgeProbes(static_cast<int>(f), found);
+        FindAllPolling<Probe>(looked_at_.size(), kFacesPerBlock, poll_, [&](size_t i, auto& found) {
+          found.push_back(ProbeOf(faces_[looked_at_[i]]));
+          AddEdgeProbes(looked_at_[i], found);
         });
     std::vector<Vec3d> places;
     places.reserve(probes.size());
@@ -302,13 +331,23 @@ class DefectFinder {
   const StopPoll poll_;
   const std::vector<CellFace> faces_;
   const FacesAtVertices faces_at_;
+  std::vector<int> looked_at_;               // indices of faces, ascending
+  std::vector<int32_t> vertices_looked_at_;  // of the boundary, ascending
 };
 
 }  // namespace
 
 BoundaryDefects FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
                                     const StopPoll& poll) {
-  return DefectFinder(mesh, hull, poll).Run();
+  return DefectFinder(mesh.vertices(), BoundaryFaces(mesh, poll), hull, poll).Run();
+}
+
+BoundaryDefects FindBoundaryDefectsNear(const std::vector<int32_t>& vertices,
+                                        const CellComplex& complex, const Hull& hull,
+                                        const StopPoll& poll) {
+  DefectFinder finder(complex.vertices, complex.hull_faces, hull, poll);
+  finder.LookNear(vertices);
+  return finder.Run();
 }
 
 }  // namespace amhex

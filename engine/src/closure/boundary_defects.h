@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "assembly/cell_complex.h"
 #include "closure/working_mesh.h"
 #include "input/hull.h"
 
@@ -21,5 +22,11 @@ struct BoundaryDefects {
 // O(n log n). Throws RunStopped when `poll` does.
 BoundaryDefects FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
                                     const StopPoll& poll = {});
+
+// Those at faces near these vertices of the complex, within a few edge lengths: what moving them
+// can have done. Cells are not looked at, and nothing else of the boundary but what lies there.
+BoundaryDefects FindBoundaryDefectsNear(const std::vector<int32_t>& vertices,
+                                        const CellComplex& complex, const Hull& hull,
+                                        const StopPoll& poll = {});
 
 }  // namespace amhex

@@ -1,6 +1,7 @@
 #include "optimize/draw_rest.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -30,11 +31,67 @@ constexpr double kWorthAtLast = 4;
 constexpr double kLeastQuality = 0.31;
 constexpr double kMostDrawingFloor = 0.5;
 
+// The gaps beyond a distance, faces looked at closely, farthest first. After the first time it
+// looks only around what has moved.
+class GapWatch {
+ public:
+  GapWatch(const Placement& placement, const HullSampling& sampling, double distance)
+      : placement_(placement),
+        sampling_(sampling),
+        distance_(distance),
+        on_boundary_(BoundaryVertices(placement)) {}
+
+  const std::vector<Gap>& Look(const StopPoll& poll) {
+    const Surroundings around = WhatMoved(poll);
+    if (!around.IsEverywhere() && around.places.empty()) return gaps_;
+    std::erase_if(gaps_, [&](const Gap& gap) { return around.Contain(gap.sample); });
+    const std::vector<Gap> found =
+        sampling_.GapsBeyond(distance_, poll, FaceDetail::kClosely, around);
+    const auto old_end = static_cast<int64_t>(gaps_.size());
+    gaps_.insert(gaps_.end(), found.begin(), found.end());
+    std::inplace_merge(gaps_.begin(), gaps_.begin() + old_end, gaps_.end(),
+                       [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
+    seen_ = placement_.complex.vertices;
+    return gaps_;
+  }
+
+ private:
+  // Around vertices of the boundary that are no longer where they were; everywhere at first.
+  Surroundings WhatMoved(const StopPoll& poll) const {
+    // One place stands for all that moved so near to it; faces at vertices reach farther, and so
+    // do samples that are nearest to them.
+    constexpr double kSamePlace = 1.0, kReach = 3.0;
+    if (seen_.empty()) return {};
+    Surroundings around{{}, kSamePlace + kReach};
+    for (size_t v = 0; v < seen_.size(); ++v) {
+      poll.At(static_cast<int64_t>(v));
+      const Vec3d& p = placement_.complex.vertices[v];
+      if (on_boundary_[v] == 0 || p == seen_[v]) continue;
+      const bool is_stood_for =
+          std::any_of(around.places.begin(), around.places.end(),
+                      [&](const Vec3d& place) { return Norm(p - place) < kSamePlace; });
+      if (!is_stood_for) around.places.push_back(p);
+    }
+    return around;
+  }
+
+  const Placement& placement_;
+  const HullSampling& sampling_;
+  const double distance_;
+  const std::vector<uint8_t> on_boundary_;  // [vertex]
+  std::vector<Gap> gaps_;
+  std::vector<Vec3d> seen_;  // [vertex] where it was the last time
+};
+
 class RestDraw {
  public:
   RestDraw(Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
            size_t most_places)
-      : placement_(placement), sampling_(sampling), limits_(limits), most_places_(most_places) {}
+      : placement_(placement),
+        sampling_(sampling),
+        limits_(limits),
+        most_places_(most_places),
+        watch_(placement, sampling, limits.limit) {}
 
   // Whether all is near then.
   bool Run(const RunContext& run) {
@@ -57,9 +114,9 @@ class RestDraw {
     return SummarizeQuality(placement_.complex, StopPoll(run)).minimum;
   }
   // Beyond the limit, farthest first.
-  std::vector<Gap> Places(const RunContext& run) const {
+  std::vector<Gap> Places(const RunContext& run) {
     const StopPoll poll(run);
-    return DistinctGaps(sampling_.GapsBeyond(limits_.limit, poll, FaceDetail::kClosely), poll);
+    return DistinctGaps(watch_.Look(poll), poll);
   }
 
   // Returns the places that are left.
@@ -82,6 +139,7 @@ class RestDraw {
   const HullSampling& sampling_;
   const DeviationLimits& limits_;
   const size_t most_places_;
+  GapWatch watch_;
 };
 
 // Around what has moved. The boundary stays as near as it is.

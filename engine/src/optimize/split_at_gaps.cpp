@@ -150,11 +150,10 @@ class GapSplitter {
       std::optional<CellComplex> split = InWhole(whole, seats, std::move(candidate));
       AMHEX_RETURN_IF_ERROR(run_.CheckStop());
       if (!split.has_value()) continue;
-      DrawAt(on_hull, *split);
+      const double distance = DrawAt(on_hull, *split);
       AMHEX_RETURN_IF_ERROR(run_.CheckStop());
-      if (DistanceAt(on_hull, *split, poll) > wanted) continue;
-      const WorkingMesh changed(*split, poll);
-      if (!FindBoundaryDefects(changed, hull_, poll).vertices.empty()) continue;
+      if (distance > wanted) continue;
+      if (!FindBoundaryDefectsNear(NewIn(*split), *split, hull_, poll).vertices.empty()) continue;
       complex_ = *std::move(split);
       return true;
     }
@@ -228,24 +227,31 @@ class GapSplitter {
     return largest;
   }
 
-  // Draws what is beyond the limit there to the hull.
-  void DrawAt(const Vec3d& place, CellComplex& complex) const {
+  // Draws what is beyond the limit there to the hull. Returns the largest distance beyond the limit
+  // then, 0 if there is none.
+  double DrawAt(const Vec3d& place, CellComplex& complex) const {
     const StopPoll poll(run_);
     Placement placement = PreparePlacement(complex, features_, poll);
+    const auto find_gaps = [&](const HullSampling& sampling) {
+      return sampling.GapsBeyond(limits_.limit, poll, Detail(), {{place}, kSeenAround});
+    };
     const HullSampling sampling(hull_, placement, poll);
-    std::vector<Gap> gaps =
-        sampling.GapsBeyond(limits_.limit, poll, Detail(), {{place}, kSeenAround});
+    std::vector<Gap> gaps = find_gaps(sampling);
     if (IsLast()) gaps = DistinctGaps(gaps, poll);
-    if (!gaps.empty()) JointDraw(placement, sampling, limits_, kBearable, Detail()).Run(gaps, run_);
+    if (gaps.empty()) return 0;
+    JointDraw(placement, sampling, limits_, kBearable, Detail()).Run(gaps, run_);
+    gaps = find_gaps(HullSampling(hull_, placement, poll));
+    return gaps.empty() ? 0 : gaps.front().distance;
   }
 
-  // The largest distance beyond the limit there; 0 if there is none.
-  double DistanceAt(const Vec3d& place, CellComplex& complex, const StopPoll& poll) const {
-    Placement placement = PreparePlacement(complex, features_, poll);
-    const HullSampling sampling(hull_, placement, poll);
-    const std::vector<Gap> gaps =
-        sampling.GapsBeyond(limits_.limit, poll, Detail(), {{place}, kSeenAround});
-    return gaps.empty() ? 0.0 : gaps.front().distance;
+  // Vertices that complex_ does not have there.
+  std::vector<int32_t> NewIn(const CellComplex& split) const {
+    std::vector<int32_t> vertices;
+    for (size_t v = 0; v < split.vertices.size(); ++v) {
+      if (v < complex_.vertices.size() && split.vertices[v] == complex_.vertices[v]) continue;
+      vertices.push_back(static_cast<int32_t>(v));
+    }
+    return vertices;
   }
 
   CellComplex complex_;

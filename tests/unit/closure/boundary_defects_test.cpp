@@ -171,6 +171,27 @@ TEST(BoundaryDefects, AreWhereTheMeshDipsIntoItself) {
   }
 }
 
+TEST(BoundaryDefects, NearMovedVerticesAreThoseThatMovingThemMade) {
+  const CellComplex complex = TwoBlocks({1.9, 0.1, 0.1});
+  const std::vector<int32_t> all = DefectsOf(complex).vertices;
+  const Hull hull = HullOf(complex);
+  EXPECT_EQ(FindBoundaryDefectsNear({all.front()}, complex, hull).vertices, all);
+  EXPECT_TRUE(FindBoundaryDefectsNear({}, complex, hull).vertices.empty());
+  // A third block, far away.
+  CellComplex three = complex;
+  const auto first = static_cast<int32_t>(three.vertices.size());
+  const CellComplex block = GridComplex({2, 2, 2});
+  for (const Vec3d& p : block.vertices) three.vertices.push_back(p + Vec3d{20, 0, 0});
+  for (CellCorners cell : block.cells) {
+    for (int32_t& v : cell) v += first;
+    three.cells.push_back(cell);
+  }
+  ListHullFaces(three);
+  EXPECT_FALSE(DefectsOf(three).vertices.empty());
+  EXPECT_TRUE(FindBoundaryDefectsNear({first}, three, HullOf(three)).vertices.empty());
+  EXPECT_EQ(FindBoundaryDefectsNear({first, all.front()}, three, HullOf(three)).vertices, all);
+}
+
 TEST(BoundaryDefects, AreWhereALayerOfCellsIsMissing) {
   const Hull hull = HullOf(GridComplex({4, 4, 4}));
   CellComplex complex = GridComplex({4, 4, 4});
