@@ -303,35 +303,61 @@ class CavityCarver {
   // Appends what is worth it to `found`; notes in `memory` where nothing is.
   void Search(const CarveLimits& limits, const RunContext& run, CarveMemory* memory,
               std::vector<Carving>* found) const {
+    std::vector<Seed> seeds(faces_.size());
+    oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t i) {
+      if (!run.ShouldStop()) seeds[i] = SeedAt(i, *memory);
+    });
+    if (run.ShouldStop()) return;
+    LeaveToOneSeedEach(&seeds);
     std::vector<Carving> best(faces_.size());
     std::vector<int64_t> part_count(faces_.size(), 0);
-    std::vector<uint64_t> digest(faces_.size());
-    oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t seed) {
+    oneapi::tbb::parallel_for(size_t{0}, faces_.size(), [&](size_t i) {
       if (run.ShouldStop()) return;
-      std::vector<std::vector<int>> parts;
-      for (const double radius : kRadii) {
-        auto part = PartAround(faces_, centres_, neighbours_, static_cast<int>(seed), radius);
-        if (parts.empty() || part.size() > parts.back().size()) parts.push_back(std::move(part));
-      }
-      digest[seed] = DigestOf(parts.back());
-      const auto known = memory->digests.find(halves_[seed]);
-      if (known != memory->digests.end() && known->second == digest[seed]) return;
       PartSearch search(mesh_, hull_, limits);
-      for (const auto& part : parts) search.Run(faces_, part);
-      best[seed] = search.best();
-      part_count[seed] = search.part_count();
+      for (const std::vector<int>& part : seeds[i].parts) search.Run(faces_, part);
+      best[i] = search.best();
+      part_count[i] = search.part_count();
     });
-    for (size_t seed = 0; seed < faces_.size(); ++seed) {
-      memory->part_count += part_count[seed];
-      if (best[seed].cost_per_face <= limits.max_cost_per_face) {
-        found->push_back(std::move(best[seed]));
+    for (size_t i = 0; i < faces_.size(); ++i) {
+      memory->part_count += part_count[i];
+      if (best[i].cost_per_face <= limits.max_cost_per_face) {
+        found->push_back(std::move(best[i]));
       } else {
-        memory->digests[halves_[seed]] = digest[seed];
+        memory->digests[halves_[i]] = seeds[i].digest;
       }
     }
   }
 
  private:
+  // A face, with the parts around it that are to be searched.
+  struct Seed {
+    std::vector<std::vector<int>> parts;  // indices of faces, smallest first
+    uint64_t digest = 0;                  // of the largest
+  };
+
+  // Without parts where they are known to hold nothing.
+  Seed SeedAt(size_t face, const CarveMemory& memory) const {
+    Seed seed;
+    for (const double radius : kRadii) {
+      auto part = PartAround(faces_, centres_, neighbours_, static_cast<int>(face), radius);
+      if (seed.parts.empty() || part.size() > seed.parts.back().size()) {
+        seed.parts.push_back(std::move(part));
+      }
+    }
+    seed.digest = DigestOf(seed.parts.back());
+    const auto known = memory.digests.find(halves_[face]);
+    if (known != memory.digests.end() && known->second == seed.digest) seed.parts.clear();
+    return seed;
+  }
+
+  // A quarter of the parts is around several seeds.
+  static void LeaveToOneSeedEach(std::vector<Seed>* seeds) {
+    std::set<std::vector<int>> taken;
+    for (Seed& seed : *seeds) {
+      std::erase_if(seed.parts, [&](const auto& part) { return !taken.insert(part).second; });
+    }
+  }
+
   // FNV-1a over the part's half-faces.
   uint64_t DigestOf(const std::vector<int>& part) const {
     uint64_t digest = 0xcbf29ce484222325u;
