@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "assembly/new_cells.h"
 #include "base/status_macros.h"
 #include "closure/recap_star.h"
 #include "closure/star_peeler.h"
@@ -45,18 +46,20 @@ std::optional<StarPeeler> PeeledStar(const WorkingMesh& mesh, int32_t apex,
 // found then holds as long as no cell at its vertices has changed.
 class StarsInTurn {
  public:
-  StarsInTurn(const CellComplex& complex, StarFolds folds, const StopPoll& poll)
+  StarsInTurn(const CellComplex& complex, StarFolds folds, const CellComplex& peeled,
+              const StopPoll& poll)
       : folds_(folds),
         poll_(poll),
         mesh_(complex, poll),
         cells_at_(mesh_.CellsAtVertices(poll)),
+        is_new_(VerticesOfNewCells(complex, peeled, poll)),
         has_changed_(cells_at_.size(), 0) {}
 
   CellComplex Run() {
     std::vector<int32_t> apexes;
     for (int32_t v = 0; v < static_cast<int32_t>(cells_at_.size()); ++v) {
       poll_.At(v);
-      if (IsApex(mesh_, cells_at_[v])) apexes.push_back(v);
+      if (IsApex(mesh_, cells_at_[v]) && IsMarked(cells_at_[v], is_new_)) apexes.push_back(v);
     }
     std::vector<std::optional<StarPeeler>> peeled(apexes.size());
     oneapi::tbb::parallel_for(size_t{0}, apexes.size(), [&](size_t i) {
@@ -65,7 +68,7 @@ class StarsInTurn {
     });
     for (size_t i = 0; i < apexes.size(); ++i) {
       poll_.Now();
-      if (!HasChanged(cells_at_[apexes[i]])) {
+      if (!IsMarked(cells_at_[apexes[i]], has_changed_)) {
         Put(cells_at_[apexes[i]], peeled[i]);
       } else if (IsApex(mesh_, cells_at_[apexes[i]])) {
         Put(cells_at_[apexes[i]], PeeledStar(mesh_, apexes[i], cells_at_[apexes[i]], folds_));
@@ -82,9 +85,9 @@ class StarsInTurn {
     }
   }
 
-  bool HasChanged(const std::vector<int>& star) const {
+  bool IsMarked(const std::vector<int>& star, const std::vector<uint8_t>& marks) const {
     bool any = false;
-    VisitVertices(star, [&](int32_t v) { any = any || has_changed_[v] != 0; });
+    VisitVertices(star, [&](int32_t v) { any = any || marks[v] != 0; });
     return any;
   }
 
@@ -98,16 +101,17 @@ class StarsInTurn {
   const StopPoll& poll_;
   WorkingMesh mesh_;
   const std::vector<std::vector<int>> cells_at_;  // [vertex] of the start
+  const std::vector<uint8_t> is_new_;             // [vertex] there is a star that was not looked at
   std::vector<uint8_t> has_changed_;              // [vertex] cells at it came or went
 };
 
 }  // namespace
 
 absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds folds,
-                                      const RunContext& run) {
+                                      const RunContext& run, const CellComplex& peeled) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   const StopPoll poll(run);
-  return StarsInTurn(complex, folds, poll).Run();
+  return StarsInTurn(complex, folds, peeled, poll).Run();
 }
 
 }  // namespace amhex

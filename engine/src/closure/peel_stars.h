@@ -18,8 +18,9 @@ enum class StarFolds : uint8_t { kAllowed, kRefused };
 // that saves cells and what remains of the star stays good. A closed complex stays closed. Away
 // from the hull it covers the same space; stars at the hull may get other hull faces
 // (recap_star.h), which moves the hull by up to a sixth of an edge length there. Linear in the
-// number of cells. Errors: CANCELLED, DEADLINE_EXCEEDED.
+// number of cells. Stars that `peeled` had too when it was given to this, with all that is around
+// them, were looked at then. Errors: CANCELLED, DEADLINE_EXCEEDED.
 absl::StatusOr<CellComplex> PeelStars(const CellComplex& complex, StarFolds folds,
-                                      const RunContext& run);
+                                      const RunContext& run, const CellComplex& peeled = {});
 
 }  // namespace amhex

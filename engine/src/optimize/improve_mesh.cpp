@@ -34,7 +34,7 @@ constexpr int kMaxMends = 4;
 absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
                                         RunContext& run) {
   // Between changes of the cells only what has changed since the last time is worth a look.
-  CellComplex settled;
+  CellComplex settled, peeled;
   const auto place = [&](PlacementEffort effort) -> absl::Status {
     const bool has_settled = effort == PlacementEffort::kValid && !settled.cells.empty();
     AMHEX_ASSIGN_OR_RETURN(complex, PlaceVertices(std::move(complex), with.features, run, effort,
@@ -52,7 +52,8 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     // Not where the last round asked for the same and changed nothing.
     const StarFolds folds = i < kFoldingRounds ? StarFolds::kAllowed : StarFolds::kRefused;
     if (!is_placed || i <= kFoldingRounds) {
-      AMHEX_ASSIGN_OR_RETURN(complex, PeelStars(complex, folds, run));
+      AMHEX_ASSIGN_OR_RETURN(CellComplex rest, PeelStars(complex, folds, run, peeled));
+      peeled = std::exchange(complex, std::move(rest));
       AMHEX_ASSIGN_OR_RETURN(complex, JoinStars(complex, with.hull, run));
       AMHEX_ASSIGN_OR_RETURN(
           complex, MergeOthers(std::move(complex), with.params.input.sharp_angle_degrees, run));

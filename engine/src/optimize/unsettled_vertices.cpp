@@ -1,67 +1,21 @@
 #include "optimize/unsettled_vertices.h"
 
-#include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
-#include "topology/primitives.h"
+#include "assembly/new_cells.h"
 
 namespace amhex {
-namespace {
-
-// FNV-1a, of 64 bits at a time.
-constexpr uint64_t kDigestStart = 0xcbf29ce484222325u;
-constexpr uint64_t kDigestFactor = 0x100000001b3u;
-
-uint64_t DigestOf(const Vec3d& place) {
-  uint64_t digest = kDigestStart;
-  for (const double coordinate : {place.x, place.y, place.z}) {
-    digest = (digest ^ std::bit_cast<uint64_t>(coordinate)) * kDigestFactor;
-    digest ^= digest >> 32;  // the low bits of a product know nothing of the high ones
-  }
-  return digest;
-}
-
-// Of the places of its vertices, in whatever order. Where two cells had one digest, a few vertices
-// would stay where they are, no more.
-uint64_t DigestOf(const CellCorners& corners, const std::vector<Vec3d>& vertices) {
-  uint64_t digest = 0;
-  for (const int32_t v : VerticesOf(corners)) digest += DigestOf(vertices[v]);
-  return digest;
-}
-
-std::vector<uint64_t> SortedDigests(const CellComplex& complex, const StopPoll& poll) {
-  std::vector<uint64_t> digests;
-  digests.reserve(complex.cells.size());
-  for (const CellCorners& corners : complex.cells) {
-    poll.At(static_cast<int64_t>(digests.size()));
-    digests.push_back(DigestOf(corners, complex.vertices));
-  }
-  std::sort(digests.begin(), digests.end());
-  return digests;
-}
-
-}  // namespace
 
 ActiveVertices UnsettledVertices(const Placement& placement, const CellComplex& settled,
                                  const StopPoll& poll) {
   const CellComplex& complex = placement.complex;
-  const auto vertex_count = static_cast<int64_t>(complex.vertices.size());
-  const std::vector<uint64_t> known = SortedDigests(settled, poll);
-  ActiveVertices at_new_cells = ActiveVertices::None(vertex_count);
-  for (size_t c = 0; c < complex.cells.size(); ++c) {
-    poll.At(static_cast<int64_t>(c));
-    const CellCorners& corners = complex.cells[c];
-    if (std::binary_search(known.begin(), known.end(), DigestOf(corners, complex.vertices))) {
-      continue;
-    }
-    for (const int32_t v : corners) at_new_cells.Add(v);
-  }
-  ActiveVertices unsettled = ActiveVertices::None(vertex_count);
-  for (const int32_t v : at_new_cells.list()) {
-    poll.At(v);
-    for (const int32_t c : placement.neighbourhoods.cells[v]) {
+  const std::vector<uint8_t> at_new_cell = VerticesOfNewCells(complex, settled, poll);
+  ActiveVertices unsettled = ActiveVertices::None(static_cast<int64_t>(complex.vertices.size()));
+  for (size_t v = 0; v < at_new_cell.size(); ++v) {
+    poll.At(static_cast<int64_t>(v));
+    if (at_new_cell[v] == 0) continue;
+    for (const int32_t c : placement.neighbourhoods.cells[static_cast<int64_t>(v)]) {
       for (const int32_t corner : complex.cells[c]) unsettled.Add(corner);
     }
   }

@@ -14,6 +14,7 @@ namespace amhex {
 namespace {
 
 using testing_support::GridComplex;
+using testing_support::GridVertex;
 
 // Replaces connected cells of a closed mesh by one star around `apex`.
 CellComplex WithStar(const CellComplex& complex, const std::vector<int>& cells, const Vec3d& apex) {
@@ -78,6 +79,24 @@ TEST(PeelStars, AStarInACubeBecomesTheCube) {
   ASSERT_TRUE(peeled.ok());
   EXPECT_EQ(peeled->cells.size(), 27u);
   EXPECT_EQ(CountOf(PrimitiveType::kHexahedron, *peeled), 27);
+}
+
+TEST(PeelStars, LooksAtAStarOnceAndAgainWhenWhatIsAroundItHasChanged) {
+  RunContext run;
+  const CellComplex star = WithStar(GridComplex({5, 3, 3}), {21}, {1.5, 1.5, 1.5});
+  const auto cells_after = [&](const CellComplex& known) {
+    const auto peeled = PeelStars(star, StarFolds::kAllowed, run, known);
+    EXPECT_TRUE(peeled.ok());
+    return peeled->cells.size();
+  };
+  const size_t none = star.cells.size(), all = cells_after({});
+  ASSERT_LT(all, none);
+  EXPECT_EQ(cells_after(star), none);
+  CellComplex known = star;
+  known.vertices[GridVertex({5, 3, 3}, 5, 1, 1)].x += 0.1;  // far away
+  EXPECT_EQ(cells_after(known), none);
+  known.vertices[GridVertex({5, 3, 3}, 0, 1, 1)].x += 0.1;  // of a cell next to the star
+  EXPECT_EQ(cells_after(known), all);
 }
 
 TEST(PeelStars, AStarOverAHexahedronAndAPrismBecomesBoth) {
