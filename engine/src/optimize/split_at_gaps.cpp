@@ -65,7 +65,7 @@ class GapSplitter {
     }
     std::vector<Gap> tried;
     size_t resisting = 0;
-    for (; CountNear(places) + tried.size() <= most_places_; places = Places()) {
+    while (CountNear(places) + tried.size() <= most_places_) {
       const auto next = std::find_if(places.begin(), places.end(), [&](const Gap& place) {
         return std::none_of(tried.begin(), tried.end(),
                             [&](const Gap& other) { return AreSame(place, other); });
@@ -73,7 +73,11 @@ class GapSplitter {
       if (next == places.end()) break;
       tried.push_back(*next);
       AMHEX_ASSIGN_OR_RETURN(const bool is_split, SplitAt(*next));
-      if (!is_split && IsLast() && ++resisting == kMostResistingAtLast) return std::nullopt;
+      if (is_split) {
+        places = Places();
+      } else if (IsLast() && ++resisting == kMostResistingAtLast) {
+        return std::nullopt;
+      }
     }
     if (complex_.cells.size() == cell_count) return std::nullopt;
     // Regains what the cells around have lost. Elsewhere the hull has been followed before.
