@@ -25,6 +25,10 @@ namespace {
 constexpr size_t kLeastChoice = 3;
 constexpr size_t kLeastChoiceOfLost = 5;
 
+// A mesh that keeps a cell below kGoodMinimum at last costs so much more than one that keeps none:
+// as much as a hundredth of the average.
+constexpr double kLossOfPoor = 0.01;
+
 // The best valid one so far.
 struct Best {
   std::optional<CellComplex> complex;
@@ -73,6 +77,9 @@ class Turns {
   size_t Count(size_t least) const {
     return std::max(placed_.size(), std::min(Given() + (make_spare_ ? 1 : 0), least));
   }
+
+  // Whether turn `i` is of one that has been assembled beside the first.
+  bool IsAssembled(size_t i) const { return i < Given(); }
 
   const CellComplex& Assembly(size_t index) const {
     return index < assemblies_.size() ? assemblies_[index] : spare_.complexes.front();
@@ -183,10 +190,14 @@ absl::StatusOr<PlacedTrial> BestOf(const std::vector<CellComplex>& assemblies, C
     next->complex = std::move(refilled.complex);
     next->loss = {};
     if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
-    const bool is_good =
-        next->loss.lost == 0 && next->loss.handles == 0 &&
-        (next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice) &&
-        SummarizeQuality(next->complex, StopPoll(run)).minimum >= with.params.assembly.min_quality;
+    const double minimum = SummarizeQuality(next->complex, StopPoll(run)).minimum;
+    if (minimum < kGoodMinimum) next->loss.minimum += kLossOfPoor;
+    // More is asked where another one is at hand.
+    const double least = with.params.assembly.min_quality;
+    const double wanted = turns.IsAssembled(i + 1) ? std::max(least, kGoodMinimum) : least;
+    const bool is_good = next->loss.lost == 0 && next->loss.handles == 0 &&
+                         (next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice) &&
+                         minimum >= wanted;
     best.Update(*std::move(next));
     if (is_good) break;
   }

@@ -14,6 +14,7 @@
 #include "closure/close_complex.h"
 #include "optimize/cell_quality.h"
 #include "optimize/place_vertices.h"
+#include "optimize/stays_near.h"
 
 namespace amhex {
 namespace {
@@ -50,8 +51,9 @@ constexpr int kSeenRings = 2;
 // A place is better if what its cells lack to kWanted, squared, falls to this share.
 constexpr double kWanted = 0.32;
 constexpr double kWorthwhileShare = 0.8;
-// New boundary faces and moved vertices may cut off or add this many cells; a part of the solid
-// that is lost shows in more.
+// New boundary faces and moved vertices may cut off or add this many cells. More is added where a
+// star had cut a chord off, and cut off where a part of the solid is lost: then distances to the
+// hull decide.
 constexpr double kMaxVolumeChange = 0.5;
 constexpr double kHopelessVolumeChange = 2.0;  // before the vertices have moved
 
@@ -113,6 +115,7 @@ std::vector<int> CellsAround(const WorkingMesh& whole, const CellLists& cells_at
 struct Outcome {
   CellComplex complex;
   PlaceQuality quality;
+  bool keeps_to_hull = true;
 };
 
 // The place as all attempts find it.
@@ -147,6 +150,10 @@ absl::StatusOr<CellComplex> Change(const OpenPlace& place, const Attempt& attemp
   return std::move(refilled.complex);
 }
 
+bool IsBetter(const PlaceQuality& after, const PlaceQuality& before) {
+  return after.minimum >= before.minimum && after.lack < kWorthwhileShare * before.lack;
+}
+
 std::optional<Outcome> Try(const OpenPlace& place, const Attempt& attempt, const RefillWith& with,
                            bool* was_in_vain) {
   if (attempt.remedy == Remedy::kRefill &&
@@ -161,15 +168,20 @@ std::optional<Outcome> Try(const OpenPlace& place, const Attempt& attempt, const
   auto placed = PlacePart(*std::move(changed), place.fixed, with.features, with.run,
                           EffortFor(attempt.remedy));
   if (!placed.ok()) return std::nullopt;
-  const PlaceQuality after = QualityOf(*placed);
-  return Outcome{*std::move(placed), after};
+  Outcome outcome{*std::move(placed), {}};
+  outcome.quality = QualityOf(outcome.complex);
+  const double change = outcome.quality.volume - place.quality.volume;
+  if (IsBetter(outcome.quality, place.quality) && std::abs(change) > kMaxVolumeChange) {
+    outcome.keeps_to_hull =
+        StaysNear(with.hull, place.excerpt.complex(), outcome.complex, StopPoll(with.run));
+  }
+  return outcome;
 }
 
 // The best outcome, judged in the order of the attempts, whatever order they end in.
 class BestInTurn {
  public:
-  explicit BestInTurn(const PlaceQuality& before)
-      : before_(before), least_(kWorthwhileShare * before.lack) {}
+  explicit BestInTurn(const PlaceQuality& before) : before_(before), least_(before.lack) {}
 
   void Found(size_t attempt, std::optional<Outcome> outcome) {
     const std::lock_guard lock(mutex_);
@@ -190,10 +202,7 @@ class BestInTurn {
  private:
   void Judge(Outcome& outcome) {
     const PlaceQuality& after = outcome.quality;
-    if (after.minimum < before_.minimum || after.lack >= least_ ||
-        std::abs(after.volume - before_.volume) > kMaxVolumeChange) {
-      return;
-    }
+    if (!IsBetter(after, before_) || after.lack >= least_ || !outcome.keeps_to_hull) return;
     least_ = after.lack;
     best_ = std::move(outcome.complex);
     is_decided_ = after.minimum >= kPoor;
