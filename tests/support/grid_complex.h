@@ -71,6 +71,17 @@ inline CellComplex GridComplex(const GridSize& n) {
   return complex;
 }
 
+// Adds another complex's cells beside its own, moved; they share no vertex.
+inline void AddBeside(const CellComplex& other, const Vec3d& by, CellComplex& complex) {
+  const auto first = static_cast<int32_t>(complex.vertices.size());
+  for (const Vec3d& p : other.vertices) complex.vertices.push_back(p + by);
+  for (CellCorners cell : other.cells) {
+    for (int32_t& v : cell) v += first;
+    complex.cells.push_back(cell);
+  }
+  ListHullFaces(complex);
+}
+
 // Moves every vertex by up to `amount` along each axis; the same moves at every call.
 inline void Shake(CellComplex& complex, double amount) {
   std::minstd_rand random(20240607);

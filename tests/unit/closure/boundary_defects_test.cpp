@@ -21,6 +21,7 @@
 namespace amhex {
 namespace {
 
+using testing_support::AddBeside;
 using testing_support::GridComplex;
 using testing_support::GridSize;
 using testing_support::ListHullFaces;
@@ -142,14 +143,7 @@ TEST(BoundaryDefects, AreNoneHoweverManyFacesMeetInOneSheet) {
 // Two blocks that share no vertex.
 CellComplex TwoBlocks(const Vec3d& apart) {
   CellComplex complex = GridComplex({2, 2, 2});
-  const auto count = static_cast<int32_t>(complex.vertices.size());
-  CellComplex other = complex;
-  for (const Vec3d& p : other.vertices) complex.vertices.push_back(p + apart);
-  for (CellCorners cell : other.cells) {
-    for (int32_t& v : cell) v += count;
-    complex.cells.push_back(cell);
-  }
-  ListHullFaces(complex);
+  AddBeside(GridComplex({2, 2, 2}), apart, complex);
   return complex;
 }
 
@@ -180,13 +174,7 @@ TEST(BoundaryDefects, NearMovedVerticesAreThoseThatMovingThemMade) {
   // A third block, far away.
   CellComplex three = complex;
   const auto first = static_cast<int32_t>(three.vertices.size());
-  const CellComplex block = GridComplex({2, 2, 2});
-  for (const Vec3d& p : block.vertices) three.vertices.push_back(p + Vec3d{20, 0, 0});
-  for (CellCorners cell : block.cells) {
-    for (int32_t& v : cell) v += first;
-    three.cells.push_back(cell);
-  }
-  ListHullFaces(three);
+  AddBeside(GridComplex({2, 2, 2}), {20, 0, 0}, three);
   EXPECT_FALSE(DefectsOf(three).vertices.empty());
   EXPECT_TRUE(FindBoundaryDefectsNear({first}, three, HullOf(three)).vertices.empty());
   EXPECT_EQ(FindBoundaryDefectsNear({first, all.front()}, three, HullOf(three)).vertices, all);

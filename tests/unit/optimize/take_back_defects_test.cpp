@@ -9,11 +9,11 @@
 namespace amhex {
 namespace {
 
+using testing_support::AddBeside;
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::GridVertex;
-using testing_support::ListHullFaces;
 
 constexpr GridSize kBar{16, 2, 2};
 
@@ -24,17 +24,7 @@ struct SlitBar {
   int32_t beside_slit = GridVertex(kBar, 16, 1, 1);
   int32_t far_from_it = GridVertex(kBar, 0, 1, 1);
 
-  SlitBar() {
-    const GridSize rest{2, 2, 2};
-    const auto first = static_cast<int32_t>(complex.vertices.size());
-    const CellComplex behind = GridComplex(rest);
-    for (const Vec3d& p : behind.vertices) complex.vertices.push_back(p + Vec3d{16.2, 0, 0});
-    for (CellCorners cell : behind.cells) {
-      for (int32_t& v : cell) v += first;
-      complex.cells.push_back(cell);
-    }
-    ListHullFaces(complex);
-  }
+  SlitBar() { AddBeside(GridComplex({2, 2, 2}), {16.2, 0, 0}, complex); }
 };
 
 TEST(TakeBackDefects, TakesBackWhatDipsIntoTheMeshAndNothingElse) {
