@@ -82,6 +82,13 @@ FaceCorners CornersOf(const CellFace& face, const std::vector<Vec3d>& vertices) 
   return corners;
 }
 
+void SortWorstFirst(std::vector<Gap>* gaps) {
+  std::stable_sort(gaps->begin(), gaps->end(),
+                   [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
+}
+
+}  // namespace
+
 HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll) {
   const std::vector<CellFace>& faces = complex.hull_faces;
   std::vector<size_t> first(faces.size() + 1, 0);  // triangle of each face
@@ -102,13 +109,6 @@ HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll) {
   });
   return {vertices, triangles, HullQuestions::kDistances, poll};
 }
-
-void SortWorstFirst(std::vector<Gap>* gaps) {
-  std::stable_sort(gaps->begin(), gaps->end(),
-                   [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
-}
-
-}  // namespace
 
 Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices) {
   Vec3d sum;

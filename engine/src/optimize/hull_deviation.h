@@ -12,6 +12,7 @@
 
 #include "fields/point_index.h"
 #include "input/hull.h"
+#include "input/hull_queries.h"
 #include "optimize/hull_features.h"
 #include "optimize/nearest_on_face.h"
 #include "optimize/placement.h"
@@ -20,6 +21,10 @@ namespace amhex {
 
 // Of the corners of a face.
 Vec3d MiddleOf(const CellFace& face, const std::vector<Vec3d>& vertices);
+
+// For distances from the complex' boundary, quads as four triangles around their middle. Throws
+// RunStopped when `poll` does.
+HullQueries BoundaryOf(const CellComplex& complex, const StopPoll& poll);
 
 // What is asked of the whole boundary, edge lengths.
 struct DeviationLimits {

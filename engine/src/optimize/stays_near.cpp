@@ -45,29 +45,6 @@ std::vector<CellFace> FacesOnlyOf(const CellComplex& part, const CellComplex& ot
   return only;
 }
 
-struct Triangles {
-  std::vector<Vec3d> vertices;
-  std::vector<std::array<int32_t, 3>> triangles;
-};
-
-// Quads as four triangles around their middle.
-Triangles BoundaryOfPart(const CellComplex& part) {
-  Triangles boundary;
-  boundary.vertices = part.vertices;
-  for (const CellFace& face : part.hull_faces) {
-    if (face.count == 3) {
-      boundary.triangles.push_back({face.v[0], face.v[1], face.v[2]});
-      continue;
-    }
-    const auto middle = static_cast<int32_t>(boundary.vertices.size());
-    boundary.vertices.push_back(MiddleOf(face, part.vertices));
-    for (int j = 0; j < face.count; ++j) {
-      boundary.triangles.push_back({face.v[j], face.v[(j + 1) % face.count], middle});
-    }
-  }
-  return boundary;
-}
-
 bool Overlap(const Box3d& a, const Box3d& b) {
   for (int axis = 0; axis < 3; ++axis) {
     if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
@@ -118,9 +95,7 @@ bool StaysNear(const Hull& hull, const CellComplex& before, const CellComplex& a
   extend(come, after);
   const Vec3d beside{kBeside, kBeside, kBeside};
   box = {box.low - beside, box.high + beside};
-  const Triangles was = BoundaryOfPart(before), is = BoundaryOfPart(after);
-  const HullQueries old_boundary(was.vertices, was.triangles, HullQuestions::kDistances, poll);
-  const HullQueries new_boundary(is.vertices, is.triangles, HullQuestions::kDistances, poll);
+  const HullQueries old_boundary = BoundaryOf(before, poll), new_boundary = BoundaryOf(after, poll);
   const std::vector<Vec3d> samples = HullSamplesIn(box, hull, poll);
   return std::all_of(samples.begin(), samples.end(), [&](const Vec3d& p) {
     return new_boundary.IsWithin(p, limit) ||
