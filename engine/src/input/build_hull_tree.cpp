@@ -15,7 +15,7 @@ namespace amhex {
 namespace {
 
 // Subtrees of more triangles than this are built by a task of their own.
-constexpr int32_t kTrianglesPerTask = 1 << 30;
+constexpr int32_t kTrianglesPerTask = 1024;
 constexpr size_t kItemsPerBlock = 2048;
 constexpr size_t kNodesPerBlock = 256;
 // Ranges of more are split by several threads, in blocks of so many.

@@ -1,7 +1,11 @@
 #include "input/pack_hull.h"
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -11,6 +15,8 @@ namespace amhex {
 namespace {
 
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
+// The parts below a node of more triangles than this are packed side by side.
+constexpr int32_t kTrianglesPackedInTurn = 2048;
 
 float RoundedDown(double x) {
   const auto rounded = static_cast<float>(x);
@@ -22,14 +28,17 @@ float RoundedUp(double x) {
 }
 
 class Packer {
+  using Packets = std::vector<HullPacket>;
+
  public:
   Packer(const HullView& hull, const StopPoll& poll)
       : hull_(hull), poll_(poll), slack_(hull.Slack()) {}
 
-  std::vector<HullPacket> Pack() {
-    packets_.reserve(static_cast<size_t>(hull_.triangles.size) / 4 + 1);
-    AppendPacket(0);
-    return std::move(packets_);
+  std::vector<HullPacket> Pack() const {
+    Packets packets;
+    packets.reserve(static_cast<size_t>(hull_.triangles.size) / 4 + 1);
+    Append(0, packets);
+    return packets;
   }
 
  private:
@@ -44,28 +53,60 @@ class Packer {
     return hull_.nodes[node].end - hull_.nodes[node].begin;
   }
 
-  // Its index.
-  int32_t AppendPacket(int32_t node) {
+  // Of a node and all below it, depth first.
+  void Append(int32_t node, Packets& packets) const {
     poll_.At(node);
-    const auto id = static_cast<int32_t>(packets_.size());
-    packets_.emplace_back();
+    const auto id = static_cast<int32_t>(packets.size());
     const Children children = ChildrenOf(node);
+    packets.push_back(PacketOf(children));
+    if (TrianglesOf(node) > kTrianglesPackedInTurn) return AppendTogether(id, children, packets);
+    for (int lane = 0; lane < children.count; ++lane) {
+      const int32_t child = children.of[static_cast<size_t>(lane)];
+      if (child < 0) continue;
+      packets[static_cast<size_t>(id)].child[lane] = static_cast<int32_t>(packets.size());
+      Append(child, packets);
+    }
+  }
+
+  // The same below packet `id`.
+  void AppendTogether(int32_t id, const Children& children, Packets& packets) const {
+    std::array<Packets, kLanes> parts;
+    tbb::parallel_for(0, children.count, [&](int lane) {
+      const int32_t child = children.of[static_cast<size_t>(lane)];
+      if (child >= 0) Append(child, parts[static_cast<size_t>(lane)]);
+    });
+    for (int lane = 0; lane < children.count; ++lane) {
+      const Packets& part = parts[static_cast<size_t>(lane)];
+      if (part.empty()) continue;
+      const auto first = static_cast<int32_t>(packets.size());
+      packets[static_cast<size_t>(id)].child[lane] = first;
+      std::transform(part.begin(), part.end(), std::back_inserter(packets),
+                     [first](const HullPacket& packet) { return Shifted(packet, first); });
+    }
+  }
+  // Node 0 is nobody's child, and a lane without a child has it.
+  static HullPacket Shifted(HullPacket packet, int32_t by) {
+    for (int32_t& child : packet.child) child += child > 0 ? by : 0;
+    return packet;
+  }
+
+  // Its children are triangles alone; the others are to follow.
+  HullPacket PacketOf(const Children& children) const {
+    HullPacket packet;
     for (int lane = 0; lane < kLanes; ++lane) {
       HullBox box = {{kNowhere, kNowhere, kNowhere}, {-kNowhere, -kNowhere, -kNowhere}};
-      int32_t child = 0;
+      packet.child[lane] = 0;
       if (lane < children.count) {
-        child = children.of[static_cast<size_t>(lane)];
+        const int32_t child = children.of[static_cast<size_t>(lane)];
+        packet.child[lane] = std::min(child, 0);
         box = BoxOf(child);
-        if (child >= 0) child = AppendPacket(child);
       }
-      HullPacket& own = packets_[static_cast<size_t>(id)];
-      own.child[lane] = child;
       for (int axis = 0; axis < 3; ++axis) {
-        own.low[axis][lane] = RoundedDown(box.low[axis] - slack_);
-        own.high[axis][lane] = RoundedUp(box.high[axis] + slack_);
+        packet.low[axis][lane] = RoundedDown(box.low[axis] - slack_);
+        packet.high[axis][lane] = RoundedUp(box.high[axis] + slack_);
       }
     }
-    return id;
+    return packet;
   }
 
   HullBox BoxOf(int32_t child) const {
@@ -110,7 +151,6 @@ class Packer {
   const HullView& hull_;
   const StopPoll& poll_;
   const double slack_;
-  std::vector<HullPacket> packets_;
 };
 
 }  // namespace

@@ -1,18 +1,20 @@
 #include "optimize/lengthen_edges.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/sort_unique.h"
-#include "closure/working_mesh.h"
-#include "input/hull_queries.h"
-#include "optimize/cell_quality.h"
+#include "optimize/edge_lengthener.h"
 #include "optimize/hull_deviation.h"
+#include "optimize/look_ahead.h"
 #include "optimize/placement.h"
-#include "optimize/press_vertex.h"
 #include "optimize/raise_quality.h"
 #include "optimize/take_back_defects.h"
 #include "topology/primitives.h"
@@ -20,7 +22,7 @@
 namespace amhex {
 namespace {
 
-using Edge = std::array<int32_t, 2>;
+using Edge = VertexPair;
 
 // What lengthens one edge may shorten the next.
 constexpr int kRounds = 3;
@@ -30,25 +32,14 @@ constexpr double kLeastQuality = 0.31;
 constexpr double kLeastAtLast = 0.3;
 // Better minima than this are no better to have (place_vertices: levels end there).
 constexpr double kMostFloor = 0.8;
-// Of the limit: distances are measured at other places than these, too (as draw_rest).
-constexpr double kMargin = 0.94;
-// Edges that are to be this long are lengthened along or away from a crease, whatever that does to
-// it, and the mesh's minimum, if it is below kMinimumToKeep, is given up to this share of it.
-constexpr double kUrgentLength = 0.05;
+// For edges that are to be urgently longer the mesh's minimum, if it is below kMinimumToKeep, is
+// given up to this share of it.
 constexpr double kMinimumToKeep = 0.5;
 constexpr double kUrgentShare = 0.8;
-// Longer than asked for by this share, so that rounding on the way to the user's frame leaves it.
-constexpr double kAmple = 1.001;
-
+// Edges this near to one another may well see each other move, edge lengths.
+constexpr double kSeesOther = 5.0;
 // On the way to kWantedEdge: cells that have made room for a shorter edge make more for the next.
 constexpr std::array<double, 7> kSteps = {0.02, 0.03, 0.05, 0.07, 0.1, 0.15, kWantedEdge};
-
-struct LengthAim {
-  double length = 0;  // edges are to be so long
-  double floor = 0;   // no cell that is better falls below
-  // What the cells around may lack more than before, in sum, to a scaled Jacobian of 1.
-  double most_loss = 0;
-};
 
 // First what must be, then what is good to have.
 std::vector<LengthAim> AimsFor(double minimum) {
@@ -88,135 +79,134 @@ std::vector<Edge> EdgesBelow(double length, const CellComplex& complex, const St
   return found;
 }
 
-class EdgeLengthener {
+// The placement once more, to find out on what would happen to it.
+class EdgeRehearsal {
  public:
-  EdgeLengthener(Placement& placement, const HullSampling& sampling, const LengthAim& aim)
-      : placement_(placement),
-        sampling_(sampling),
-        limits_(LimitsFor(sampling.hull())),
-        aim_(aim),
-        press_(placement, aim.floor) {}
+  EdgeRehearsal(const Placement& original, size_t moves_made)
+      : complex_(original.complex),
+        placement_{complex_, original.features, original.neighbourhoods, original.constraints,
+                   original.survey},
+        moves_seen_(moves_made) {}
+  EdgeRehearsal(const EdgeRehearsal&) = delete;
+  EdgeRehearsal& operator=(const EdgeRehearsal&) = delete;
 
-  // Whether the edge is long enough then.
-  bool Run(const Edge& edge) {
-    const std::vector<Vec3d>& x = placement_.complex.vertices;
-    if (x[edge[0]] == x[edge[1]]) return false;  // no direction to go on
-    const Vec3d along = Normalized(x[edge[1]] - x[edge[0]]) * (aim_.length * kAmple);
-    const std::array<Vec3d, 2> place = {x[edge[1]] - along, x[edge[0]] + along};
-    std::vector<Move> moves;
-    for (const int end : {0, 1}) {
-      if (!IsPermitted(edge[end], place[end])) continue;
-      if (ShortensAnother(edge[end], edge[1 - end], place[end])) continue;
-      moves.push_back({edge[end], place[end], QualityAt(edge[end], place[end])});
-    }
-    // Inside before on a face before on a crease; of the same kind the better one.
-    std::sort(moves.begin(), moves.end(), [this](const Move& a, const Move& b) {
-      return KindOf(a.vertex) != KindOf(b.vertex) ? KindOf(a.vertex) < KindOf(b.vertex)
-                                                  : a.there.least > b.there.least;
-    });
-    for (const Move& move : moves) {
-      if (PutAt(move)) return true;
-    }
-    return std::any_of(moves.begin(), moves.end(),
-                       [this](const Move& move) { return PressAt(move); });
+  // Becomes as the original is, of which these vertices have moved so far.
+  void CatchUp(const CellComplex& original, const std::vector<int32_t>& moved) {
+    for (; moves_seen_ < moved.size(); ++moves_seen_) stale_.push_back(moved[moves_seen_]);
+    for (const int32_t v : stale_) complex_.vertices[v] = original.vertices[v];
+    stale_.clear();
+  }
+  void AimAt(const LengthAim& aim, int number, const HullSampling& sampling) {
+    if (std::exchange(aim_, number) != number) lengthener_.emplace(placement_, sampling, aim);
+  }
+  // What lengthening the edge would do.
+  LengthenedEdge Run(const Edge& edge) {
+    LengthenedEdge record = std::move(lengthener_->Run(edge));
+    for (const LengthenedEdge::Move& move : record.moves) stale_.push_back(move.vertex);
+    return record;
   }
 
  private:
-  struct QualityThere {
-    double least = 1;
-    double lack = 0;  // to 1, in sum
+  CellComplex complex_;
+  Placement placement_;
+  std::optional<EdgeLengthener> lengthener_;
+  int aim_ = 0;  // whose it is
+  size_t moves_seen_;
+  std::vector<int32_t> stale_;  // vertices that are elsewhere in the original
+};
+
+// Lengthens edges one after the other, but each is looked at side by side with others first: what
+// was found then holds as long as nothing that it depends on has moved.
+class EdgesInTurn {
+  struct Found {
+    LengthenedEdge record;  // nothing was seen where the edge was long enough
+    int64_t looked_at = 0;  // by clock_
   };
-  struct Move {
-    int32_t vertex = -1;
-    Vec3d place;
-    QualityThere there;
-  };
 
-  Constraint KindOf(int32_t vertex) const { return placement_.constraints.vertex[vertex].kind; }
-
-  bool IsPermitted(int32_t vertex, const Vec3d& place) const {
-    const Constraint kind = KindOf(vertex);
-    if (kind == Constraint::kFree) return true;
-    if (kind == Constraint::kFixed) return false;
-    const Vec3d& at = placement_.complex.vertices[vertex];
-    const HullQueries& hull = *sampling_.hull().queries;
-    if (hull.Closest(place).distance > std::max(limits_.free, hull.Closest(at).distance)) {
-      return false;
-    }
-    VertexDeviation deviation(sampling_, placement_, limits_, vertex);
-    const double before = deviation.At(at).largest;
-    const double creases_before = deviation.worst_of_creases().distance;
-    if (deviation.At(place).largest > std::max(kMargin * limits_.limit, before)) return false;
-    // An edge so short is worse than a crease that is followed by as much less.
-    if (aim_.length <= kUrgentLength) return true;
-    return deviation.worst_of_creases().distance <=
-           std::max(kMargin * limits_.creases, creases_before);
+  bool IsLong(const Edge& edge) const {
+    return LengthOf(edge, placement_.complex.vertices) >= aim_.length;
+  }
+  bool Holds(const Found& found) const {
+    const std::vector<int32_t>& seen = found.record.seen;
+    return !seen.empty() && std::all_of(seen.begin(), seen.end(),
+                                        [&](int32_t v) { return changed_[v] <= found.looked_at; });
   }
 
-  // Whether the vertex at `place` were nearer to one of those it shares an edge with, `other`
-  // apart, than it is and than is wanted.
-  bool ShortensAnother(int32_t vertex, int32_t other, const Vec3d& place) const {
-    const std::vector<Vec3d>& x = placement_.complex.vertices;
-    for (const int32_t c : placement_.neighbourhoods.cells[vertex]) {
-      for (const Edge& edge : EdgesOf(placement_.complex.cells[c])) {
-        if (edge[0] != vertex && edge[1] != vertex) continue;
-        const int32_t next = edge[0] == vertex ? edge[1] : edge[0];
-        if (next == other) continue;
-        const double length = Norm(x[next] - place);
-        if (length < aim_.length && length < Norm(x[next] - x[vertex])) return true;
+  auto LookAt(const Edge& edge) {
+    EdgeRehearsal* rehearsal = nullptr;
+    if (!IsLong(edge)) {
+      std::unique_ptr<EdgeRehearsal>& own = rehearsals_.local();
+      if (own == nullptr) own = std::make_unique<EdgeRehearsal>(placement_, moved_.size());
+      own->CatchUp(placement_.complex, moved_);
+      own->AimAt(aim_, aim_number_, sampling_);
+      rehearsal = own.get();
+    }
+    return [rehearsal, &edge, looked_at = clock_] {
+      Found found{{}, looked_at};
+      if (rehearsal != nullptr) found.record = rehearsal->Run(edge);
+      return found;
+    };
+  }
+
+ public:
+  EdgesInTurn(Placement& placement, const HullSampling& sampling, const RunContext& run)
+      : placement_(placement),
+        sampling_(sampling),
+        run_(run),
+        changed_(placement.complex.vertices.size(), 0) {}
+
+  void AimAt(const LengthAim& aim) {
+    aim_ = aim;
+    ++aim_number_;
+    lengthener_.emplace(placement_, sampling_, aim);
+  }
+
+  // Whether any has become long enough; `failed` are those that are not.
+  bool Lengthen(const std::vector<Edge>& edges, std::vector<Edge>& failed) {
+    bool any = false;
+    const auto take = [&](size_t i, std::optional<Found> found) {
+      if (IsLong(edges[i])) return true;
+      if (Take(edges[i], std::move(found))) {
+        any = true;
+      } else {
+        failed.push_back(edges[i]);
       }
+      return true;
+    };
+    const auto look = [&](size_t i) { return LookAt(edges[i]); };
+    const auto holds = [&](size_t i, const Found& found) {
+      return IsLong(edges[i]) || Holds(found);
+    };
+    const auto are_near = [&](size_t i, size_t j) {
+      const std::vector<Vec3d>& x = placement_.complex.vertices;
+      return Norm(x[edges[i][0]] - x[edges[j][0]]) < kSeesOther;
+    };
+    TakeLookingAhead<Found>(edges.size(), run_, are_near, look, holds, take);
+    return any;
+  }
+
+ private:
+  // Whether it is long enough then.
+  bool Take(const Edge& edge, std::optional<Found> found) {
+    const LengthenedEdge& record = found.has_value() ? found->record : lengthener_->Run(edge);
+    for (const LengthenedEdge::Move& move : record.moves) {
+      placement_.complex.vertices[move.vertex] = move.place;
+      changed_[move.vertex] = ++clock_;
+      moved_.push_back(move.vertex);
     }
-    return false;
-  }
-
-  // Of the cells at the vertex, were it at `place`.
-  QualityThere QualityAt(int32_t vertex, const Vec3d& place) {
-    std::vector<Vec3d>& x = placement_.complex.vertices;
-    const Vec3d start = std::exchange(x[vertex], place);
-    QualityThere there;
-    for (const int32_t c : placement_.neighbourhoods.cells[vertex]) {
-      const double quality = CellQuality(placement_.complex.cells[c], x);
-      there.least = std::min(there.least, quality);
-      there.lack += 1 - quality;
-    }
-    x[vertex] = start;
-    return there;
-  }
-
-  // Alone, if the cells there are good enough then.
-  bool PutAt(const Move& move) {
-    Vec3d& at = placement_.complex.vertices[move.vertex];
-    const QualityThere before = QualityAt(move.vertex, at);
-    if (move.there.least < std::min(aim_.floor, before.least)) return false;
-    if (move.there.lack > before.lack + aim_.most_loss) return false;
-    at = move.place;
-    return true;
-  }
-
-  // With the vertices inside making room, if edges are the longer for it altogether.
-  bool PressAt(const Move& move) {
-    const std::vector<int32_t>& cells = press_.CellsAround(move.vertex);
-    const double before = ShortnessOf(cells);
-    return press_.Run(move.vertex, move.place, aim_.most_loss,
-                      [&] { return ShortnessOf(cells) < before; });
-  }
-
-  // What edges of these cells lack to the wanted length, in sum.
-  double ShortnessOf(const std::vector<int32_t>& cells) const {
-    double lack = 0;
-    for (const int32_t c : cells) {
-      for (const Edge& edge : EdgesOf(placement_.complex.cells[c])) {
-        lack += std::max(0.0, aim_.length - LengthOf(edge, placement_.complex.vertices));
-      }
-    }
-    return lack;
+    return record.is_long_enough;
   }
 
   Placement& placement_;
   const HullSampling& sampling_;
-  const DeviationLimits limits_;
-  const LengthAim aim_;
-  VertexPress press_;
+  const RunContext& run_;
+  LengthAim aim_;
+  int aim_number_ = 0;
+  std::optional<EdgeLengthener> lengthener_;
+  std::vector<int64_t> changed_;  // [vertex] when it last moved, by clock_
+  std::vector<int32_t> moved_;    // vertices, in the order in which they were
+  int64_t clock_ = 0;
+  oneapi::tbb::enumerable_thread_specific<std::unique_ptr<EdgeRehearsal>> rehearsals_;
 };
 
 }  // namespace
@@ -231,22 +221,18 @@ absl::StatusOr<CellComplex> LengthenEdges(CellComplex complex, const Hull& hull,
   Placement placement = PreparePlacement(complex, features, poll);
   const HullSampling sampling(hull, placement, poll);
   std::vector<Edge> stuck;  // which stayed shorter than was wanted last: more cannot be had
+  EdgesInTurn in_turn(placement, sampling, run);
   for (const LengthAim& aim : AimsFor(minimum)) {
-    EdgeLengthener lengthener(placement, sampling, aim);
+    in_turn.AimAt(aim);
     std::vector<Edge> failed;
     for (int round = 0; round < kRounds; ++round) {
-      bool any = false;
       failed.clear();
-      for (const Edge& edge : EdgesBelow(aim.length, complex, poll)) {
-        if (absl::Status status = run.CheckStop(); !status.ok()) return status;
-        if (std::binary_search(stuck.begin(), stuck.end(), edge)) continue;
-        if (LengthOf(edge, complex.vertices) >= aim.length) continue;
-        if (lengthener.Run(edge)) {
-          any = true;
-        } else {
-          failed.push_back(edge);
-        }
-      }
+      std::vector<Edge> edges = EdgesBelow(aim.length, complex, poll);
+      std::erase_if(edges, [&](const Edge& edge) {
+        return std::binary_search(stuck.begin(), stuck.end(), edge);
+      });
+      const bool any = in_turn.Lengthen(edges, failed);
+      if (absl::Status status = run.CheckStop(); !status.ok()) return status;
       if (!any) break;
     }
     if (aim.length == kShortestEdge) continue;  // the next may do with poorer cells

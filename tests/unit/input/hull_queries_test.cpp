@@ -1,17 +1,20 @@
 #include "input/hull_queries.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "base/status_error.h"
 #include "fixtures/solids.h"
 #include "input/ask_hull.h"
+#include "input/hull_packets.h"
 #include "input/triangle_math.h"
 #include "input/winding_in_lanes.h"
 
@@ -155,8 +158,35 @@ TEST(HullQueries, AnswersAreTheSameWithAndWithoutPackets) {
   }
 }
 
+// Of so many triangles that several threads share them.
+TriangleMesh LargeTorus() { return fixtures::MakeTorus(2, 0.6, 0.04); }
+
+TEST(BuildHullTree, IsTheSameAtAnyThreadCount) {
+  const TriangleMesh mesh = LargeTorus();
+  ASSERT_GT(mesh.triangles.size(), 20'000);
+  const auto bytes_of = [&mesh] {
+    const HullQueries queries = QueriesOf(mesh);
+    const HullView& view = queries.view();
+    std::string bytes;
+    const auto add = [&bytes](const auto& array) {
+      bytes.append(reinterpret_cast<const char*>(array.data),
+                   sizeof(*array.data) * static_cast<size_t>(array.size));
+    };
+    add(view.nodes), add(view.packets), add(view.triangles);
+    return bytes;
+  };
+  std::vector<std::string> results;
+  for (const size_t threads : {1, 2, 7}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    results.push_back(bytes_of());
+  }
+  for (const std::string& other : results) EXPECT_TRUE(results[0] == other);
+}
+
 TEST(PackHull, HoldsEveryTriangleOnceInBoxesAroundIt) {
-  for (const TriangleMesh& mesh : Solids()) {
+  std::vector<TriangleMesh> meshes = Solids();
+  meshes.push_back(LargeTorus());
+  for (const TriangleMesh& mesh : meshes) {
     const HullQueries queries = QueriesOf(mesh);
     const HullView& hull = queries.view();
     std::vector<int> times(static_cast<size_t>(hull.triangles.size), 0);

@@ -3,6 +3,7 @@
 #include "optimize/lengthen_edges.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
@@ -40,8 +41,8 @@ double ShortestEdge(const CellComplex& complex) {
   return shortest;
 }
 
-CellComplex Lengthened(const CellComplex& complex) {
-  const Hull hull = GridHull(kLengthenedSize, 0.5);
+CellComplex Lengthened(const CellComplex& complex, const GridSize& size = kLengthenedSize) {
+  const Hull hull = GridHull(size, 0.5);
   const RunContext run;
   auto lengthened = LengthenEdges(complex, hull, HullFeatures(hull), run);
   EXPECT_TRUE(lengthened.ok()) << lengthened.status().ToString();
@@ -153,19 +154,19 @@ int EdgesBelow(double length, const CellComplex& complex) {
 }
 
 // Vertices inside anywhere near their places, some of them near one of their neighbours.
-CellComplex WithShortEdges(uint32_t seed) {
+CellComplex WithShortEdges(uint32_t seed, const GridSize& size = kLengthenedSize) {
   std::mt19937 random(seed);
   const auto uniform = [&random](double from, double to) {
     return from + (to - from) * static_cast<double>(random()) / 4294967296.0;
   };
-  CellComplex complex = GridComplex(kLengthenedSize);
-  for (int x = 1; x < kLengthenedSize.nx; ++x) {
-    for (int y = 1; y < kLengthenedSize.ny; ++y) {
-      for (int z = 1; z < kLengthenedSize.nz; ++z) {
-        Vec3d& at = complex.vertices[GridVertex(kLengthenedSize, x, y, z)];
+  CellComplex complex = GridComplex(size);
+  for (int x = 1; x < size.nx; ++x) {
+    for (int y = 1; y < size.ny; ++y) {
+      for (int z = 1; z < size.nz; ++z) {
+        Vec3d& at = complex.vertices[GridVertex(size, x, y, z)];
         at += Vec3d{uniform(-0.1, 0.1), uniform(-0.1, 0.1), uniform(-0.1, 0.1)};
         if (uniform(0, 1) > 0.2) continue;
-        const Vec3d next = complex.vertices[GridVertex(kLengthenedSize, x - 1, y, z)];
+        const Vec3d next = complex.vertices[GridVertex(size, x - 1, y, z)];
         at = next + (at - next) * uniform(2 * kShortestEdge, 0.5);
       }
     }
@@ -188,6 +189,21 @@ TEST(LengthenEdges, GivesLittleQualityUpForEdgesThatSolversCanUse) {
     lengthened += count - EdgesBelow(kWantedEdge, after);
   }
   EXPECT_GT(lengthened, 100);
+}
+
+// Long enough for edges that are looked at side by side and do not see each other.
+TEST(LengthenEdges, IsTheSameAtAnyThreadCount) {
+  constexpr GridSize kLong{40, 5, 5};
+  for (uint32_t seed = 1; seed <= 3; ++seed) {
+    const CellComplex complex = WithShortEdges(seed, kLong);
+    std::vector<CellComplex> results;
+    for (const size_t threads : {1, 2, 7}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      results.push_back(Lengthened(complex, kLong));
+    }
+    EXPECT_LT(EdgesBelow(kWantedEdge, results[0]), EdgesBelow(kWantedEdge, complex));
+    for (const CellComplex& other : results) EXPECT_EQ(results[0].vertices, other.vertices);
+  }
 }
 
 TEST(LengthenEdges, IsCancelled) {
