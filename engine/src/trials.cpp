@@ -1,6 +1,7 @@
 #include "trials.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -69,7 +70,10 @@ class VertexPlacer {
  public:
   VertexPlacer(const Hull& hull, const RunContext& run) : hull_(hull), run_(run) {}
   absl::StatusOr<CellComplex> operator()(CellComplex complex) {
-    std::call_once(are_found_, [this] { features_.emplace(hull_, StopPoll(run_)); });
+    std::call_once(are_found_, [this] {
+      // While others wait for them this thread must not take up another trial, which would, too.
+      oneapi::tbb::this_task_arena::isolate([this] { features_.emplace(hull_, StopPoll(run_)); });
+    });
     return PlacePart(std::move(complex), {}, *features_, run_, PlacementEffort::kValid);
   }
 

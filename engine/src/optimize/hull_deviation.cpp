@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "input/hull_queries.h"
@@ -31,8 +29,9 @@ constexpr size_t kSamplesPerBlock = 1024;
 std::vector<Vec3d> MiddlesOf(const CellComplex& complex) {
   std::vector<Vec3d> middles;
   middles.reserve(complex.hull_faces.size());
-  for (const CellFace& face : complex.hull_faces)
+  for (const CellFace& face : complex.hull_faces) {
     middles.push_back(MiddleOf(face, complex.vertices));
+  }
   return middles;
 }
 
@@ -82,9 +81,12 @@ FaceCorners CornersOf(const CellFace& face, const std::vector<Vec3d>& vertices) 
   return corners;
 }
 
-void SortWorstFirst(std::vector<Gap>* gaps) {
-  std::stable_sort(gaps->begin(), gaps->end(),
+std::vector<Gap> WorstFirst(const std::vector<std::vector<Gap>>& parts) {
+  std::vector<Gap> all;
+  for (const std::vector<Gap>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  std::stable_sort(all.begin(), all.end(),
                    [](const Gap& a, const Gap& b) { return a.distance > b.distance; });
+  return all;
 }
 
 }  // namespace
@@ -127,7 +129,9 @@ DeviationLimits LimitsFor(const Hull& hull) {
 HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
     : hull_(hull),
       placement_(placement),
-      points_(HullPoints(hull, BoundaryOf(placement.complex, poll), points_scatter(), poll)),
+      vertices_(placement.complex.vertices),
+      boundary_(BoundaryOf(placement.complex, poll)),
+      points_(placement.features.points().Against(boundary_, poll)),
       crease_points_(CreasePoints(placement.features.view())),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),
@@ -136,11 +140,19 @@ HullSampling::HullSampling(const Hull& hull, const Placement& placement, const S
 
 std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll, FaceDetail detail,
                                           const Surroundings& around) const {
-  const HullQueries boundary = BoundaryOf(placement_.complex, poll);
+  if (placement_.complex.vertices == vertices_) {
+    return GapsTo(boundary_, distance, poll, detail, around);
+  }
+  return GapsTo(BoundaryOf(placement_.complex, poll), distance, poll, detail, around);
+}
+
+std::vector<Gap> HullSampling::GapsTo(const HullQueries& boundary, double distance,
+                                      const StopPoll& poll, FaceDetail detail,
+                                      const Surroundings& around) const {
   const std::vector<Vec3d> on_boundary =
       detail == FaceDetail::kFew ? face_middles_ : PlacesOf(placement_.complex);
   const size_t count = points_.size() + on_boundary.size();
-  std::vector<std::vector<Gap>> of_block((count + kSamplesPerBlock - 1) / kSamplesPerBlock);
+  std::vector<std::vector<Gap>> of_block(count / kSamplesPerBlock + 1);
   tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
     int32_t of_boundary = -1, of_hull = -1;
     const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely) {
@@ -161,10 +173,7 @@ std::vector<Gap> HullSampling::GapsBeyond(double distance, const StopPoll& poll,
       }
     }
   });
-  std::vector<Gap> found;
-  for (const std::vector<Gap>& gaps : of_block) found.insert(found.end(), gaps.begin(), gaps.end());
-  SortWorstFirst(&found);
-  return found;
+  return WorstFirst(of_block);
 }
 
 std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll& poll,
@@ -189,8 +198,7 @@ std::vector<Gap> HullSampling::CreaseGapsBeyond(double distance, const StopPoll&
       gaps.push_back({p, nearest.point, nearest.distance});
     }
   }
-  SortWorstFirst(&gaps);
-  return gaps;
+  return WorstFirst({gaps});
 }
 
 std::vector<Gap> DistinctGaps(const std::vector<Gap>& gaps, const StopPoll& poll) {

@@ -105,8 +105,14 @@ class HullSampling {
   const fields::PointIndex& face_index() const { return face_index_; }  // of the start
 
  private:
+  std::vector<Gap> GapsTo(const HullQueries& boundary, double distance, const StopPoll& poll,
+                          FaceDetail detail, const Surroundings& around) const;
+
   const Hull& hull_;
   const Placement& placement_;
+  // At the start.
+  const std::vector<Vec3d> vertices_;
+  const HullQueries boundary_;
   std::vector<Vec3d> points_, crease_points_, face_middles_;
   fields::PointIndex point_index_, crease_index_, face_index_;
 };

@@ -9,7 +9,6 @@
 
 #include "base/array_view_of.h"
 #include "input/sharp_features.h"
-#include "optimize/hull_samples.h"
 
 namespace amhex {
 namespace {
@@ -52,6 +51,7 @@ HullFeatures::HullFeatures(const Hull& hull, const StopPoll& poll)
   FindCorners(hull);
   tips_ = AcuteTips(hull, poll);
   points_scatter_ = PointsScatter(hull, poll);
+  points_.emplace(hull, points_scatter_, poll);
   MakeView();
 }
 

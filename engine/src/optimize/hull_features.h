@@ -18,6 +18,7 @@
 #include "input/hull.h"
 #include "input/hull_queries.h"
 #include "optimize/feature_view.h"
+#include "optimize/hull_samples.h"
 #include "optimize/segment_queries.h"
 
 namespace amhex {
@@ -47,6 +48,8 @@ class HullFeatures {
   const std::vector<AcuteTip>& tips() const { return tips_; }
   // Whether the input's points lie off the hull as noise makes them (hull_samples.h).
   bool points_scatter() const { return points_scatter_; }
+  // Where the hull is looked at to tell how far it is from a boundary.
+  const HullPoints& points() const { return *points_; }
   // Patches that share a crease with `patch`, ascending.
   const std::vector<int32_t>& AdjacentPatches(int32_t patch) const { return adjacent_[patch]; }
 
@@ -83,6 +86,7 @@ class HullFeatures {
   std::vector<HullCorner> corners_;
   std::vector<AcuteTip> tips_;
   bool points_scatter_ = false;
+  std::optional<HullPoints> points_;
   // For the view.
   std::vector<HullView> patch_views_;
   std::vector<CreaseView> crease_views_;

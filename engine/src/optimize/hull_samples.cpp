@@ -1,5 +1,6 @@
 #include "optimize/hull_samples.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstdint>
 
 #include "absl/container/flat_hash_map.h"
+#include "base/loop_polling.h"
 #include "base/sort_unique.h"
 #include "optimize/hull_deviation.h"
 #include "output/surface_distance.h"
@@ -23,6 +25,7 @@ constexpr double kCreaseSpacing = 0.25;
 // less of scans and clouds without.
 constexpr double kScatteringShare = 0.1;
 constexpr size_t kPointsAsked = 4096;  // at least, if there are so many
+constexpr size_t kPointsPerBlock = 512;
 
 using Cube = std::array<int32_t, 3>;
 
@@ -30,17 +33,6 @@ Cube CubeAt(const Vec3d& p) {
   Cube cube;
   for (int a = 0; a < 3; ++a) cube[a] = static_cast<int32_t>(std::floor(p[a] / kPointSpacing));
   return cube;
-}
-
-// [point] how far each is from the boundary where that counts, else 0.
-std::vector<double> DistancesOf(const std::vector<Vec3d>& points, double free,
-                                const HullQueries& boundary, const StopPoll& poll) {
-  std::vector<double> distances(points.size(), 0);
-  tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
-    poll.At(static_cast<int64_t>(i));
-    if (!boundary.IsWithin(points[i], free)) distances[i] = boundary.Closest(points[i]).distance;
-  });
-  return distances;
 }
 
 }  // namespace
@@ -56,30 +48,69 @@ bool PointsScatter(const Hull& hull, const StopPoll& poll) {
   return static_cast<double>(off) > kScatteringShare * static_cast<double>(asked);
 }
 
-std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, bool points_scatter,
-                              const StopPoll& poll) {
-  const double limit = LimitsFor(hull).limit, free = LimitsFor(hull).free;
-  // The input's own points are on ridges and tips: of those in each cube of a grid the farthest,
-  // and all that are too far, which have to be seen to come nearer one by one.
-  const std::vector<double> distances = DistancesOf(hull.input_points, free, boundary, poll);
-  absl::flat_hash_map<Cube, size_t> farthest;
-  std::vector<size_t> kept;
-  for (size_t i = 0; i < hull.input_points.size(); ++i) {
+HullPoints::HullPoints(const Hull& hull, bool points_scatter, const StopPoll& poll) : hull_(hull) {
+  const double free = LimitsFor(hull).free;
+  std::vector<uint8_t> counts(hull.input_points.size(), 1);
+  if (points_scatter) {
+    ForAllPolling(counts.size(), kPointsPerBlock, poll, [&](size_t i) {
+      counts[i] = hull.queries->IsWithin(hull.input_points[i], free) ? 1 : 0;
+    });
+  }
+  absl::flat_hash_map<Cube, int32_t> numbers;
+  for (size_t i = 0; i < counts.size(); ++i) {
     poll.At(static_cast<int64_t>(i));
-    const Vec3d& p = hull.input_points[i];
-    if (points_scatter && !hull.queries->IsWithin(p, free)) continue;
-    const auto [at, is_first] = farthest.try_emplace(CubeAt(p), i);
-    if (!is_first && distances[i] > distances[at->second]) at->second = i;
-    if (distances[i] > limit) kept.push_back(i);
+    if (counts[i] == 0) continue;
+    const auto next = static_cast<int32_t>(numbers.size());
+    cube_of_.push_back(numbers.try_emplace(CubeAt(hull.input_points[i]), next).first->second);
+    input_points_.push_back(static_cast<int32_t>(i));
   }
-  std::vector<Vec3d> points;
+  cube_count_ = numbers.size();
   for (const Vec3d& p : SampleSurface(hull.vertices, hull.triangles, kSampleSpacing)) {
-    if (!farthest.contains(CubeAt(p))) points.push_back(p);
+    if (!numbers.contains(CubeAt(p))) elsewhere_.push_back(p);
   }
-  for (const auto& [cube, i] : farthest) kept.push_back(i);
+}
+
+std::vector<Vec3d> HullPoints::Against(const HullQueries& boundary, const StopPoll& poll) const {
+  const double limit = LimitsFor(hull_).limit;
+  // The input's own points are on ridges and tips: of those in each cube the farthest, and all that
+  // are too far, which have to be seen to come nearer one by one.
+  const std::vector<double> distances = DistancesTo(boundary, poll);
+  std::vector<int32_t> farthest(cube_count_, -1);  // [cube] indices of distances
+  std::vector<int32_t> kept;
+  for (size_t k = 0; k < distances.size(); ++k) {
+    int32_t& own = farthest[static_cast<size_t>(cube_of_[k])];
+    if (own < 0 || distances[k] > distances[static_cast<size_t>(own)])
+      own = static_cast<int32_t>(k);
+    if (distances[k] > limit) kept.push_back(static_cast<int32_t>(k));
+  }
+  kept.insert(kept.end(), farthest.begin(), farthest.end());
   SortUnique(kept);
-  for (const size_t i : kept) points.push_back(hull.input_points[i]);
+  std::vector<Vec3d> points = elsewhere_;
+  points.reserve(points.size() + kept.size());
+  for (const int32_t k : kept) {
+    points.push_back(
+        hull_.input_points[static_cast<size_t>(input_points_[static_cast<size_t>(k)])]);
+  }
   return points;
+}
+
+// [counting point] how far each is from the boundary where that counts, else 0.
+std::vector<double> HullPoints::DistancesTo(const HullQueries& boundary,
+                                            const StopPoll& poll) const {
+  const double free = LimitsFor(hull_).free;
+  std::vector<double> distances(input_points_.size(), 0);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, distances.size(), kPointsPerBlock),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      poll.Now();
+                      int32_t likely = -1;
+                      for (size_t k = range.begin(); k < range.end(); ++k) {
+                        const auto i = static_cast<size_t>(input_points_[k]);
+                        const Vec3d& p = hull_.input_points[i];
+                        if (boundary.IsWithin(p, free, likely)) continue;
+                        distances[k] = boundary.Closest(p, likely).distance;
+                      }
+                    });
+  return distances;
 }
 
 std::vector<Vec3d> CreasePoints(const FeatureView& features) {

@@ -1,6 +1,8 @@
 // Where a hull is looked at to tell how far it is from a boundary.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "base/stop_poll.h"
@@ -14,11 +16,26 @@ namespace amhex {
 // tenth of them or more. Then the hull tells where the solid is, not they.
 bool PointsScatter(const Hull& hull, const StopPoll& poll);
 
-// Spread evenly over the hull, points of the input where it has some: of those near one another the
-// one farthest from `boundary`, and all that are farther than is wanted; none off the hull where
-// points scatter.
-std::vector<Vec3d> HullPoints(const Hull& hull, const HullQueries& boundary, bool points_scatter,
-                              const StopPoll& poll);
+// Points spread evenly over a hull, points of the input where it has some.
+class HullPoints {
+ public:
+  // None off the hull where points scatter. O(n log n); `hull` must outlive this. Throws RunStopped
+  // when `poll` does.
+  HullPoints(const Hull& hull, bool points_scatter, const StopPoll& poll);
+
+  // Of the input's points near one another the one farthest from `boundary`, and all that are
+  // farther than is wanted. O(n log m).
+  std::vector<Vec3d> Against(const HullQueries& boundary, const StopPoll& poll) const;
+
+ private:
+  std::vector<double> DistancesTo(const HullQueries& boundary, const StopPoll& poll) const;
+
+  const Hull& hull_;
+  std::vector<Vec3d> elsewhere_;       // where the input has no point
+  std::vector<int32_t> input_points_;  // those that count, ascending
+  std::vector<int32_t> cube_of_;       // [of these] points of one cube are near one another
+  size_t cube_count_ = 0;
+};
 
 // Spread evenly along the creases.
 std::vector<Vec3d> CreasePoints(const FeatureView& features);

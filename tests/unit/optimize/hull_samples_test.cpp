@@ -29,7 +29,8 @@ Hull Box(double spacing) {
 TEST(HullPoints, AreNoDenserOnFinerInputs) {
   const Hull coarse = Box(1.0), fine = Box(0.1), finest = Box(0.04);
   const auto per_area = [](const Hull& hull) {
-    return static_cast<double>(HullPoints(hull, *hull.queries, false, {}).size()) / kArea;
+    return static_cast<double>(HullPoints(hull, false, {}).Against(*hull.queries, {}).size()) /
+           kArea;
   };
   EXPECT_GE(per_area(coarse), 9);
   EXPECT_LT(per_area(fine), 2 * per_area(coarse));
@@ -47,7 +48,7 @@ TEST(HullPoints, HoldTheFarthestOfManyInputPoints) {
   const Vec3d place = *tip;
   Hull hull = testing_support::HullOfMesh(mesh);
   hull.input_points = hull.vertices;
-  const std::vector<Vec3d> points = HullPoints(hull, *boundary.queries, false, {});
+  const std::vector<Vec3d> points = HullPoints(hull, false, {}).Against(*boundary.queries, {});
   EXPECT_NE(std::find(points.begin(), points.end(), place), points.end());
 }
 
