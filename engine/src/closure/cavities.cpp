@@ -100,18 +100,37 @@ struct Step {
   int32_t from, to;
 };
 
+// Edges of faces as numbers: the lower vertex, then the higher, then whether the face runs from the
+// one to the other.
+std::vector<uint64_t> SortedEdges(const std::vector<CellFace>& faces) {
+  std::vector<uint64_t> edges;
+  edges.reserve(4 * faces.size());
+  for (const CellFace& face : faces) {
+    for (int j = 0; j < face.count; ++j) {
+      const int32_t a = face.v[j], b = face.v[(j + 1) % face.count];
+      const auto low = static_cast<uint64_t>(std::min(a, b));
+      const auto high = static_cast<uint64_t>(std::max(a, b));
+      edges.push_back(low << 32 | high << 1 | (a < b ? 1 : 0));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
 // What no other face takes back, reversed, by where it starts.
 std::vector<Step> BoundarySteps(const std::vector<CellFace>& faces) {
-  const std::vector<EdgeUse> uses = CollectEdgeUses(faces);
+  const std::vector<uint64_t> edges = SortedEdges(faces);
   std::vector<Step> steps;
-  for (size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
+  for (size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     // What runs either way does not cancel where it is boundary.
     int balance = 0;
-    for (; end < uses.size() && uses[end].edge == uses[begin].edge; ++end) {
-      balance += uses[end].forward ? 1 : -1;
+    for (; end < edges.size() && edges[end] >> 1 == edges[begin] >> 1; ++end) {
+      balance += (edges[end] & 1) != 0 ? 1 : -1;
     }
-    for (int k = 0; k < balance; ++k) steps.push_back({uses[begin].high(), uses[begin].low()});
-    for (int k = 0; k < -balance; ++k) steps.push_back({uses[begin].low(), uses[begin].high()});
+    const auto low = static_cast<int32_t>(edges[begin] >> 32);
+    const auto high = static_cast<int32_t>(static_cast<uint32_t>(edges[begin]) >> 1);
+    for (int k = 0; k < balance; ++k) steps.push_back({high, low});
+    for (int k = 0; k < -balance; ++k) steps.push_back({low, high});
   }
   std::stable_sort(steps.begin(), steps.end(),
                    [](const Step& a, const Step& b) { return a.from < b.from; });

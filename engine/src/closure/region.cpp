@@ -2,15 +2,12 @@
 
 #include <algorithm>
 
+#include "base/sort_unique.h"
 #include "closure/hull_patch.h"
 #include "input/hull_queries.h"
 
 namespace amhex {
 namespace {
-
-bool Contains(const std::vector<int>& sorted, int value) {
-  return std::binary_search(sorted.begin(), sorted.end(), value);
-}
 
 enum class CellSides {
   kSettled,
@@ -28,7 +25,7 @@ CellSides AddCellSides(const WorkingMesh& mesh, const Cavities& cavities, Region
       const int half = mesh.half_faces(cell)[i];
       const int32_t behind = mesh.owner(half ^ 1);
       if (behind >= 0) {
-        if (!Contains(region->cells, behind)) region->walls.push_back(Reversed(faces.face[i]));
+        if (!IsAmong(region->cells, behind)) region->walls.push_back(Reversed(faces.face[i]));
         continue;
       }
       if (behind == WorkingMesh::kHull) {
@@ -37,7 +34,7 @@ CellSides AddCellSides(const WorkingMesh& mesh, const Cavities& cavities, Region
       }
       const int cavity = cavities.Of(half);
       if (cavity < 0) return CellSides::kUnknown;
-      if (Contains(region->cavities, cavity)) continue;
+      if (IsAmong(region->cavities, cavity)) continue;
       region->cavities.insert(
           std::lower_bound(region->cavities.begin(), region->cavities.end(), cavity), cavity);
       result = CellSides::kGrown;
@@ -58,7 +55,7 @@ bool UpdateRegion(const WorkingMesh& mesh, const Cavities& cavities, size_t max_
     if (sides == CellSides::kUnknown) return false;
     for (const int cavity : region->cavities) {
       for (const CellFace& face : cavities.faces[cavity]) {
-        if (!Contains(region->cells, mesh.Owner(face))) region->walls.push_back(face);
+        if (!IsAmong(region->cells, mesh.Owner(face))) region->walls.push_back(face);
       }
     }
     if (region->walls.size() > max_walls) return false;
@@ -93,7 +90,7 @@ std::vector<int> CellsAround(const WorkingMesh& mesh, const Region& region) {
   std::vector<int> cells;
   for (const CellFace& face : region.walls) {
     const int32_t cell = mesh.Owner(face);
-    if (cell >= 0 && !Contains(region.cells, cell)) cells.push_back(cell);
+    if (cell >= 0 && !IsAmong(region.cells, cell)) cells.push_back(cell);
   }
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());

@@ -82,6 +82,30 @@ class PlaneTable {
   std::vector<Block> blocks_;
 };
 
+// What no point's least distance to the planes exceeds, by some of the planes. The distance to one
+// of them is no less than the least one, and so is any mean of such distances, of which the slopes
+// cancel where the planes stand against each other.
+class DepthBound {
+ public:
+  // The plane that is nearest to p. Earlier ones come to count less: of 0.7 to 1 this fading took
+  // the fewest steps, two fifths of what the last plane alone took.
+  void Add(const Vec3d& normal, const Vec3d& p, double depth) {
+    constexpr double kFading = 0.9;
+    weight_ = kFading * weight_ + 1;
+    slope_ = slope_ * kFading + normal;
+    at_origin_ = kFading * at_origin_ + depth - Dot(normal, p);
+  }
+  // Of all points within this of p.
+  double Within(double distance, const Vec3d& p) const {
+    return (at_origin_ + Dot(slope_, p) + Norm(slope_) * distance) / weight_;
+  }
+
+ private:
+  double weight_ = 0;
+  Vec3d slope_;
+  double at_origin_ = 0;
+};
+
 // The corners of the cells between faces and an apex, prepared for many apices.
 class StarCorners {
  public:
@@ -262,10 +286,10 @@ void AppendKernelPlanes(const CellFace& face, const std::vector<Vec3d>& x,
 
 KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& start,
                        double hopeless) {
-  // The depth of a point changes by no more than the point moves. The slack is for rounding.
   constexpr double kTravelPerStep = 1 / (1 - kKernelStepDecay);
-  constexpr double kSlack = 1e-6;
+  constexpr double kSlack = 1e-6;  // for rounding
   const PlaneTable table(planes);
+  DepthBound bound;
   KernelPoint best{start, -1e300};
   Vec3d p = start;
   double step = kKernelFirstStep;
@@ -273,7 +297,10 @@ KernelPoint FindKernel(const std::vector<KernelPlane>& planes, const Vec3d& star
     double depth = 1e300;
     const size_t nearest = table.Nearest(p, &depth);
     if (depth > best.depth) best = {p, depth};
-    if (best.depth < hopeless && depth + step * kTravelPerStep < hopeless - kSlack) break;
+    if (best.depth < hopeless) {
+      bound.Add(planes[nearest].normal, p, depth);
+      if (bound.Within(step * kTravelPerStep, p) < hopeless - kSlack) break;
+    }
     p += planes[nearest].normal * step;
     step *= kKernelStepDecay;
   }
