@@ -56,7 +56,6 @@ class GapSplitter {
 
   // Nothing where it has come to nothing.
   absl::StatusOr<std::optional<CellComplex>> Run() {
-    const size_t cell_count = complex_.cells.size();
     std::vector<Gap> places = Places();
     if (CountNear(places) > most_places_) {
       if (IsLast()) return std::nullopt;
@@ -64,6 +63,7 @@ class GapSplitter {
       places = Places();
     }
     std::vector<Gap> tried;
+    std::vector<Vec3d> split;
     size_t resisting = 0;
     while (CountNear(places) + tried.size() <= most_places_) {
       const auto next = std::find_if(places.begin(), places.end(), [&](const Gap& place) {
@@ -74,17 +74,15 @@ class GapSplitter {
       tried.push_back(*next);
       AMHEX_ASSIGN_OR_RETURN(const bool is_split, SplitAt(*next));
       if (is_split) {
+        split.push_back(tried.back().sample);
         places = Places();
       } else if (IsLast() && ++resisting == kMostResistingAtLast) {
         return std::nullopt;
       }
     }
-    if (complex_.cells.size() == cell_count) return std::nullopt;
+    if (split.empty()) return std::nullopt;
     // Regains what the cells around have lost. Elsewhere the hull has been followed before.
-    std::vector<Vec3d> around;
-    around.reserve(tried.size());
-    for (const Gap& gap : tried) around.push_back(gap.sample);
-    return FollowHullAround(around, std::move(complex_), hull_, features_, run_);
+    return FollowHullAround(split, std::move(complex_), hull_, features_, run_);
   }
 
  private:
