@@ -29,6 +29,10 @@ constexpr size_t kLeastChoiceOfLost = 5;
 // as much as a hundredth of the average.
 constexpr double kLossOfPoor = 0.01;
 
+// Where many places stay too far from the hull, as of a solid with few cells across, they do so in
+// the next ones, too: no reason to try these, unless one is so far that it costs more than this.
+constexpr double kLittleDistance = 0.01;
+
 // The best valid one so far.
 struct Best {
   std::optional<CellComplex> complex;
@@ -192,12 +196,14 @@ absl::StatusOr<PlacedTrial> BestOf(const std::vector<CellComplex>& assemblies, C
     if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
     const double minimum = SummarizeQuality(next->complex, StopPoll(run)).minimum;
     if (minimum < kGoodMinimum) next->loss.minimum += kLossOfPoor;
+    const bool is_near_enough =
+        next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice ||
+        (refilled.is_far_in_many_places && next->loss.distance < kLittleDistance);
     // More is asked where another one is at hand.
     const double least = with.params.assembly.min_quality;
     const double wanted = turns.IsAssembled(i + 1) ? std::max(least, kGoodMinimum) : least;
-    const bool is_good = next->loss.lost == 0 && next->loss.handles == 0 &&
-                         (next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice) &&
-                         minimum >= wanted;
+    const bool is_good =
+        next->loss.lost == 0 && next->loss.handles == 0 && is_near_enough && minimum >= wanted;
     best.Update(*std::move(next));
     if (is_good) break;
   }

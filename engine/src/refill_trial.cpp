@@ -25,20 +25,22 @@ constexpr size_t kMostPlacesDrawnAgain = 8;
 // The last steps towards the hull: places that are still too far from it are drawn there or get a
 // vertex more, and edges become long enough. At an edge of next to no length nothing could move, so
 // a few places are drawn once more after that.
-absl::StatusOr<CellComplex> Finish(CellComplex complex, const Improvement& with,
-                                   const RunContext& run) {
-  const auto lengthen = [&](CellComplex drawn) {
-    return LengthenEdges(std::move(drawn), with.hull, with.features, run);
+absl::StatusOr<RestDrawn> Finish(CellComplex complex, const Improvement& with,
+                                 const RunContext& run) {
+  const auto lengthen = [&](RestDrawn drawn) -> absl::StatusOr<RestDrawn> {
+    AMHEX_ASSIGN_OR_RETURN(drawn.complex,
+                           LengthenEdges(std::move(drawn.complex), with.hull, with.features, run));
+    return drawn;
   };
   AMHEX_ASSIGN_OR_RETURN(RestDrawn drawn,
                          DrawRest(std::move(complex), with.hull, with.features, run));
-  if (drawn.is_near) return lengthen(std::move(drawn.complex));
-  AMHEX_ASSIGN_OR_RETURN(complex, SplitRest(std::move(drawn.complex), with, run));
-  AMHEX_ASSIGN_OR_RETURN(complex, lengthen(std::move(complex)));
-  AMHEX_ASSIGN_OR_RETURN(drawn,
-                         DrawRest(complex, with.hull, with.features, run, kMostPlacesDrawnAgain));
-  if (drawn.complex.vertices == complex.vertices) return complex;
-  return lengthen(std::move(drawn.complex));
+  if (drawn.is_near()) return lengthen(std::move(drawn));
+  AMHEX_ASSIGN_OR_RETURN(drawn.complex, SplitRest(std::move(drawn.complex), with, run));
+  AMHEX_ASSIGN_OR_RETURN(const RestDrawn split, lengthen(std::move(drawn)));
+  AMHEX_ASSIGN_OR_RETURN(
+      drawn, DrawRest(split.complex, with.hull, with.features, run, kMostPlacesDrawnAgain));
+  if (drawn.complex.vertices == split.complex.vertices) return drawn;
+  return lengthen(std::move(drawn));
 }
 
 }  // namespace
@@ -57,11 +59,12 @@ absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_fol
   }
   AMHEX_ASSIGN_OR_RETURN(refilled,
                          SplitWherePaid(std::move(refilled), with, kMendableMinimum, run));
-  AMHEX_ASSIGN_OR_RETURN(refilled, Finish(std::move(refilled), with, run));
+  AMHEX_ASSIGN_OR_RETURN(RestDrawn drawn, Finish(std::move(refilled), with, run));
   const StopPoll poll(run);
   const bool is_valid =
-      ValidateMesh(FinalizeMesh(refilled, with.hull.frame, poll), poll, with.device).valid();
-  return RefilledTrial{std::move(refilled), is_valid};
+      ValidateMesh(FinalizeMesh(drawn.complex, with.hull.frame, poll), poll, with.device).valid();
+  return RefilledTrial{std::move(drawn.complex), is_valid,
+                       drawn.places_left > kMostPlacesDrawnAgain};
 }
 
 absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Improvement& with,

@@ -11,6 +11,8 @@ namespace amhex {
 struct RefilledTrial {
   CellComplex complex;
   bool is_valid = false;  // obeys every law of ValidateMesh
+  // Many places of its boundary stay too far from the hull.
+  bool is_far_in_many_places = false;
 };
 
 // Refills the poor places of `placed`, raises its average and draws its boundary to the hull, where

@@ -93,20 +93,21 @@ class RestDraw {
         most_places_(most_places),
         watch_(placement, sampling, limits.limit) {}
 
-  // Whether all is near then.
-  bool Run(const RunContext& run) {
+  // Returns how many places are too far away then.
+  size_t Run(const RunContext& run) {
     const double minimum = MinimumNow(run);
     const double floor = std::clamp(minimum, kLeastQuality, kMostDrawingFloor);
     std::vector<Gap> places = DrawAbove(floor, run);
-    if (places.empty() || floor == kLeastQuality) return places.empty();
+    if (places.empty() || floor == kLeastQuality) return places.size();
+    const size_t left_above = places.size();
     // The minimum is worth giving up for a mesh that is near enough everywhere, not for less.
     const std::vector<Vec3d> before = placement_.complex.vertices;
     places = DrawAbove(kLeastQuality, run);
     const bool is_near_enough =
         places.empty() || places.front().distance <= limits_.limit / kMargin;
-    if (is_near_enough || MinimumNow(run) >= floor) return places.empty();
+    if (is_near_enough || MinimumNow(run) >= floor) return places.size();
     placement_.complex.vertices = before;
-    return false;
+    return left_above;
   }
 
  private:
@@ -161,7 +162,7 @@ absl::StatusOr<RestDrawn> DrawRest(CellComplex complex, const Hull& hull,
                                    const HullFeatures& features, const RunContext& run,
                                    size_t most_places) {
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
-  if (complex.cells.empty()) return RestDrawn{std::move(complex), true};
+  if (complex.cells.empty()) return RestDrawn{std::move(complex)};
   const StopPoll poll(run);
   Placement placement = PreparePlacement(complex, features, poll);
   const HullSampling sampling(hull, placement, poll);
@@ -170,13 +171,13 @@ absl::StatusOr<RestDrawn> DrawRest(CellComplex complex, const Hull& hull,
   limits.mended *= kMarginOfMended;
   limits.worth = kWorthAtLast;
   const std::vector<Vec3d> before = complex.vertices;
-  bool is_near = RestDraw(placement, sampling, limits, most_places).Run(run);
+  size_t places_left = RestDraw(placement, sampling, limits, most_places).Run(run);
   AMHEX_RETURN_IF_ERROR(run.CheckStop());
   AMHEX_RETURN_IF_ERROR(RegainInside(before, placement, run));
   const std::vector<Vec3d> drawn = complex.vertices;
   TakeBackDefects(hull, before, poll, &complex);
-  is_near = is_near && complex.vertices == drawn;
-  return RestDrawn{std::move(complex), is_near};
+  if (complex.vertices != drawn) places_left = std::max<size_t>(places_left, 1);
+  return RestDrawn{std::move(complex), places_left};
 }
 
 }  // namespace amhex

@@ -16,7 +16,9 @@ inline constexpr size_t kMostPlacesDrawn = 64;
 
 struct RestDrawn {
   CellComplex complex;
-  bool is_near = false;  // no place is too far from the hull, by the margin that was aimed at
+  size_t places_left = 0;  // that are too far from the hull, by the margin that was aimed at
+
+  bool is_near() const { return places_left == 0; }
 };
 
 // Sweeps that regain quality after the boundary was drawn to the hull (follow_hull) move it once

@@ -229,14 +229,14 @@ TEST(DrawRest, TellsWhetherAllIsNear) {
   const RunContext run;
   const auto refused = DrawRest(complex, hull, features, run, 0);
   ASSERT_TRUE(refused.ok());
-  EXPECT_FALSE(refused->is_near) << "of more places than asked for nothing is drawn";
+  EXPECT_FALSE(refused->is_near()) << "of more places than asked for nothing is drawn";
   EXPECT_TRUE(refused->complex.vertices == complex.vertices);
   const auto drawn = DrawRest(complex, hull, features, run);
   ASSERT_TRUE(drawn.ok());
-  EXPECT_TRUE(drawn->is_near);
+  EXPECT_TRUE(drawn->is_near());
   const auto again = DrawRest(drawn->complex, hull, features, run, 0);
   ASSERT_TRUE(again.ok());
-  EXPECT_TRUE(again->is_near) << "there is none";
+  EXPECT_TRUE(again->is_near()) << "there is none";
   EXPECT_TRUE(again->complex.vertices == drawn->complex.vertices);
 }
 
