@@ -9,6 +9,7 @@
 #include "base/sort_unique.h"
 #include "input/triangle_math.h"
 #include "optimize/look_ahead.h"
+#include "optimize/placement_copy.h"
 #include "optimize/placement_view.h"
 #include "optimize/survey_cell.h"
 
@@ -68,13 +69,9 @@ using Moves = std::vector<std::shared_ptr<const DrawnPlace>>;
 struct JointDraw::Rehearsal {
   Rehearsal(const Placement& original, const HullSampling& sampling, const DeviationLimits& limits,
             double floor, FaceDetail detail, size_t moves_made)
-      : complex(original.complex),
-        placement{complex, original.features, original.neighbourhoods, original.constraints,
-                  original.survey},
-        draw(placement, sampling, limits, floor, detail),
+      : copy(original),
+        draw(copy.placement, sampling, limits, floor, detail),
         moves_seen(moves_made) {}
-  Rehearsal(const Rehearsal&) = delete;
-  Rehearsal& operator=(const Rehearsal&) = delete;
 
   // Those that it has not seen yet.
   Moves MissedOf(const Moves& moves) {
@@ -82,8 +79,7 @@ struct JointDraw::Rehearsal {
     return {moves.begin() + static_cast<int64_t>(first), moves.end()};
   }
 
-  CellComplex complex;
-  Placement placement;
+  PlacementCopy copy;
   PlaceDraw draw;
   size_t moves_seen;
 };
@@ -116,7 +112,7 @@ bool JointDraw::Run(const std::vector<Gap>& gaps, const RunContext& run) {
     return
         [rehearsal, lacked, &run, found = std::move(found), missed = std::move(missed)]() mutable {
           if (rehearsal == nullptr) return std::move(found);
-          for (const auto& move : missed) MoveTo(*move, rehearsal->placement);
+          for (const auto& move : missed) MoveTo(*move, rehearsal->copy.placement);
           found.drawn = rehearsal->draw.Find(found.cell, lacked, run);
           return std::move(found);
         };

@@ -24,16 +24,12 @@ EdgeLengthener::EdgeLengthener(Placement& placement, const HullSampling& samplin
       limits_(LimitsFor(sampling.hull())),
       aim_(aim),
       press_(placement, aim.floor),
-      seen_in_(placement.complex.vertices.size(), 0) {}
+      seen_(placement, sampling, record_.seen) {}
 
 LengthenedEdge& EdgeLengthener::Run(const VertexPair& edge) {
   record_ = {};
-  ++record_count_;
-  for (const int32_t end : edge) {
-    for (const int32_t c : placement_.neighbourhoods.cells[end]) {
-      for (const int32_t v : placement_.complex.cells[c]) See(v);
-    }
-  }
+  seen_.StartAnew();
+  for (const int32_t end : edge) seen_.AddCells(placement_.neighbourhoods.cells[end]);
   record_.is_long_enough = Lengthen(edge);
   return record_;
 }
@@ -72,7 +68,7 @@ bool EdgeLengthener::IsPermitted(int32_t vertex, const Vec3d& place) {
     return false;
   }
   VertexDeviation deviation(sampling_, placement_, limits_, vertex);
-  SeeFacesNear(at, deviation.reach());
+  seen_.AddFacesNear(at, deviation.reach());
   const double before = deviation.At(at).largest;
   const double creases_before = deviation.worst_of_creases().distance;
   if (deviation.At(place).largest > std::max(kMargin * limits_.limit, before)) return false;
@@ -126,7 +122,7 @@ bool EdgeLengthener::PutAt(const Move& move) {
 // With the vertices inside making room, if edges are the longer for it altogether.
 bool EdgeLengthener::PressAt(const Move& move) {
   const std::vector<int32_t>& cells = press_.CellsAround(move.vertex);
-  SeeCells(cells);
+  seen_.AddCells(cells);
   const double before = ShortnessOf(cells);
   if (!press_.Run(move.vertex, move.place, aim_.most_loss,
                   [&] { return ShortnessOf(cells) < before; })) {
@@ -149,24 +145,6 @@ double EdgeLengthener::ShortnessOf(const std::vector<int32_t>& cells) const {
     }
   }
   return lack;
-}
-
-void EdgeLengthener::See(int32_t vertex) {
-  if (std::exchange(seen_in_[vertex], record_count_) == record_count_) return;
-  record_.seen.push_back(vertex);
-}
-
-void EdgeLengthener::SeeCells(const std::vector<int32_t>& cells) {
-  for (const int32_t c : cells) {
-    for (const int32_t v : placement_.complex.cells[c]) See(v);
-  }
-}
-
-void EdgeLengthener::SeeFacesNear(const Vec3d& place, double radius) {
-  sampling_.face_index().VisitNear(place, radius, [&](int32_t f) {
-    const CellFace& face = placement_.complex.hull_faces[f];
-    for (int j = 0; j < face.count; ++j) See(face.v[j]);
-  });
 }
 
 }  // namespace amhex

@@ -8,6 +8,7 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/placement.h"
 #include "optimize/press_vertex.h"
+#include "optimize/seen_vertices.h"
 
 namespace amhex {
 
@@ -64,9 +65,6 @@ class EdgeLengthener {
   bool PutAt(const Move& move);
   bool PressAt(const Move& move);
   double ShortnessOf(const std::vector<int32_t>& cells) const;
-  void See(int32_t vertex);
-  void SeeCells(const std::vector<int32_t>& cells);
-  void SeeFacesNear(const Vec3d& place, double radius);
 
   Placement& placement_;
   const HullSampling& sampling_;
@@ -74,8 +72,7 @@ class EdgeLengthener {
   const LengthAim aim_;
   VertexPress press_;
   LengthenedEdge record_;
-  std::vector<int64_t> seen_in_;  // [vertex] the last record that has seen it
-  int64_t record_count_ = 0;
+  SeenVertices seen_;
 };
 
 }  // namespace amhex

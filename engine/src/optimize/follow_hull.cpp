@@ -14,6 +14,7 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/look_ahead.h"
 #include "optimize/placement.h"
+#include "optimize/placement_copy.h"
 #include "optimize/raise_jointly.h"
 #include "optimize/raise_quality.h"
 #include "optimize/regain_quality.h"
@@ -51,14 +52,9 @@ class Rehearsal {
  public:
   Rehearsal(const Placement& placement, const HullSampling& sampling, const DeviationLimits& limits,
             double floor, const GapCloser& closer)
-      : complex_(placement.complex),
-        placement_{complex_, placement.features, placement.neighbourhoods, placement.constraints,
-                   placement.survey},
-        closer_(placement_, sampling, limits, floor) {
+      : copy_(placement), closer_(copy_.placement, sampling, limits, floor) {
     closer_.TakeAllFrom(closer);
   }
-  Rehearsal(const Rehearsal&) = delete;
-  Rehearsal& operator=(const Rehearsal&) = delete;
 
   // Becomes as `closer` is, which is at the end of `records`.
   void CatchUp(const GapCloser& closer, const std::vector<GapRecord>& records) {
@@ -77,8 +73,7 @@ class Rehearsal {
   void StartAt(size_t records) { seen_records_ = records; }
 
  private:
-  CellComplex complex_;
-  Placement placement_;
+  PlacementCopy copy_;
   GapCloser closer_;
   size_t seen_records_ = 0;
   std::vector<GapRecord::Step> own_steps_;  // rehearsed since

@@ -42,11 +42,11 @@ GapCloser::GapCloser(Placement& placement, const HullSampling& sampling,
       changed_(moved_.size(), 0),
       refusals_(moved_.size()),
       press_(placement, floor),
-      seen_in_(moved_.size(), 0) {}
+      seen_(placement, sampling, record_.seen) {}
 
 GapRecord& GapCloser::Close(const Gap& gap) {
   record_ = {};
-  ++record_count_;
+  seen_.StartAnew();
   const std::vector<int32_t> around = VerticesAround(gap);
   for (int round = 0; round < kMostRounds; ++round) {
     bool moved = false;
@@ -99,38 +99,17 @@ bool GapCloser::HasChanged(const std::vector<int32_t>& vertices, int64_t since) 
                      [&](int32_t v) { return changed_[v] > since; });
 }
 
-void GapCloser::See(int32_t v) {
-  if (seen_in_[v] == record_count_) return;
-  seen_in_[v] = record_count_;
-  record_.seen.push_back(v);
-}
-
-void GapCloser::SeeFacesNear(const Vec3d& place, double radius) {
-  sampling_.face_index().VisitNear(place, radius, [&](int32_t f) {
-    const CellFace& face = placement_.complex.hull_faces[f];
-    for (int j = 0; j < face.count; ++j) See(face.v[j]);
-  });
-}
-
-void GapCloser::SeeCells(const std::vector<int32_t>& cells) {
-  for (const int32_t c : cells) {
-    for (const int32_t v : placement_.complex.cells[c]) See(v);
-  }
-}
-
 // What decides about a vertex: corners of the cells at it and of faces of the boundary that are
 // looked at.
 void GapCloser::SeeAround(int32_t v) {
-  for (const int32_t c : placement_.neighbourhoods.cells[v]) {
-    for (const int32_t w : placement_.complex.cells[c]) See(w);
-  }
+  seen_.AddCells(placement_.neighbourhoods.cells[v]);
   const double reach = refusals_[v].choices.reach;
-  if (reach >= 0) SeeFacesNear(placement_.complex.vertices[v], reach);
+  if (reach >= 0) seen_.AddFacesNear(placement_.complex.vertices[v], reach);
 }
 
 std::vector<int32_t> GapCloser::VerticesAround(const Gap& gap) {
   const Vec3d place = (gap.sample + gap.nearest) / 2.0;
-  SeeFacesNear(place, kReach + kFaceReach);
+  seen_.AddFacesNear(place, kReach + kFaceReach);
   std::vector<std::pair<double, int32_t>> found;
   for (const int32_t v : record_.seen) {
     const double distance = Norm(placement_.complex.vertices[v] - place);
@@ -196,12 +175,12 @@ bool GapCloser::PressVertex(int32_t v) {
   } else {
     record_.steps.push_back({v, std::nullopt, {}});
     const std::vector<int32_t>& cells = press_.CellsAround(v);
-    SeeCells(cells);
+    seen_.AddCells(cells);
     if (refusal.pressed_at >= 0 && !HasChangedAt(cells, refusal.pressed_at)) return false;
   }
   GapChoices& choices = refusal.choices;
   if (!choices.is_missed) return false;
-  SeeCells(press_.CellsAround(v));
+  seen_.AddCells(press_.CellsAround(v));
   std::stable_sort(choices.places.begin(), choices.places.end(),
                    [](const auto& a, const auto& b) { return a.cost < b.cost; });
   GapRecord::Step& step = record_.steps.back();

@@ -10,6 +10,7 @@
 #include "optimize/placement.h"
 #include "optimize/placement_view.h"
 #include "optimize/press_vertex.h"
+#include "optimize/seen_vertices.h"
 
 namespace amhex {
 
@@ -76,9 +77,6 @@ class GapCloser {
     int64_t pressed_at = -1;  // the same; < 0: it was not pressed
   };
 
-  void See(int32_t v);
-  void SeeFacesNear(const Vec3d& place, double radius);
-  void SeeCells(const std::vector<int32_t>& cells);
   void SeeAround(int32_t v);
   std::vector<int32_t> VerticesAround(const Gap& gap);
   bool StandsRefused(int32_t v);
@@ -105,8 +103,7 @@ class GapCloser {
   int64_t clock_ = 0;
   VertexPress press_;
   GapRecord record_;
-  std::vector<int64_t> seen_in_;  // [vertex] the last record that has seen it
-  int64_t record_count_ = 0;
+  SeenVertices seen_;
 };
 
 }  // namespace amhex

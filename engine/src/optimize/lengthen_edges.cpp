@@ -15,6 +15,7 @@
 #include "optimize/hull_deviation.h"
 #include "optimize/look_ahead.h"
 #include "optimize/placement.h"
+#include "optimize/placement_copy.h"
 #include "optimize/raise_quality.h"
 #include "optimize/take_back_defects.h"
 #include "topology/primitives.h"
@@ -83,21 +84,16 @@ std::vector<Edge> EdgesBelow(double length, const CellComplex& complex, const St
 class EdgeRehearsal {
  public:
   EdgeRehearsal(const Placement& original, size_t moves_made)
-      : complex_(original.complex),
-        placement_{complex_, original.features, original.neighbourhoods, original.constraints,
-                   original.survey},
-        moves_seen_(moves_made) {}
-  EdgeRehearsal(const EdgeRehearsal&) = delete;
-  EdgeRehearsal& operator=(const EdgeRehearsal&) = delete;
+      : copy_(original), moves_seen_(moves_made) {}
 
   // Becomes as the original is, of which these vertices have moved so far.
   void CatchUp(const CellComplex& original, const std::vector<int32_t>& moved) {
     for (; moves_seen_ < moved.size(); ++moves_seen_) stale_.push_back(moved[moves_seen_]);
-    for (const int32_t v : stale_) complex_.vertices[v] = original.vertices[v];
+    for (const int32_t v : stale_) copy_.complex.vertices[v] = original.vertices[v];
     stale_.clear();
   }
   void AimAt(const LengthAim& aim, int number, const HullSampling& sampling) {
-    if (std::exchange(aim_, number) != number) lengthener_.emplace(placement_, sampling, aim);
+    if (std::exchange(aim_, number) != number) lengthener_.emplace(copy_.placement, sampling, aim);
   }
   // What lengthening the edge would do.
   LengthenedEdge Run(const Edge& edge) {
@@ -107,8 +103,7 @@ class EdgeRehearsal {
   }
 
  private:
-  CellComplex complex_;
-  Placement placement_;
+  PlacementCopy copy_;
   std::optional<EdgeLengthener> lengthener_;
   int aim_ = 0;  // whose it is
   size_t moves_seen_;
