@@ -22,8 +22,8 @@ constexpr double kWorthOfNearness = 0.01;
 
 absl::StatusOr<CellComplex> SplitWherePaid(CellComplex complex, const Improvement& with,
                                            double good_minimum, const RunContext& run) {
-  AMHEX_ASSIGN_OR_RETURN(CellComplex split,
-                         SplitAtGaps(complex, with.hull, with.features, SplitTurn::kFirst, run));
+  AMHEX_ASSIGN_OR_RETURN(CellComplex split, SplitAtGaps(complex, with.hull, with.features,
+                                                        with.params, SplitTurn::kFirst, run));
   if (split.cells.size() == complex.cells.size()) return complex;
   const StopPoll poll(run);
   const double before = LossOf(complex, with, good_minimum, poll).total();
@@ -38,8 +38,8 @@ absl::StatusOr<CellComplex> SplitRest(CellComplex complex, const Improvement& wi
   const StopPoll poll(run);
   std::optional<PlacedLoss> before;
   for (int round = 0; round < kRounds; ++round) {
-    AMHEX_ASSIGN_OR_RETURN(CellComplex split,
-                           SplitAtGaps(complex, with.hull, with.features, SplitTurn::kLast, run));
+    AMHEX_ASSIGN_OR_RETURN(CellComplex split, SplitAtGaps(complex, with.hull, with.features,
+                                                          with.params, SplitTurn::kLast, run));
     if (split.cells.size() == complex.cells.size()) break;
     AMHEX_ASSIGN_OR_RETURN(RestDrawn drawn,
                            DrawRest(std::move(split), with.hull, with.features, run));

@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "base/sort_unique.h"
+
 namespace amhex {
 namespace {
 
@@ -79,8 +81,9 @@ bool Excerpt::TakeBack(CellComplex* changed) const {
     std::vector<std::vector<int32_t>> found;
     for (const CellCorners& corners : complex.cells) {
       if (!is_at_cut(corners)) continue;
+      // However they are listed: of a cell with collapsed edges any corner may come twice.
       std::vector<int32_t> cell(corners.begin(), corners.end());
-      std::sort(cell.begin(), cell.end());
+      SortUnique(cell);
       found.push_back(std::move(cell));
     }
     std::sort(found.begin(), found.end());

@@ -24,6 +24,8 @@ class Excerpt {
   const CellComplex& complex() const { return complex_; }
   const std::vector<int>& cells() const { return cells_; }            // numbers in the whole
   const std::vector<int32_t>& vertices() const { return vertices_; }  // numbers in the whole
+  // Whether a vertex of complex() is on a face towards the rest of the mesh.
+  bool IsAtCut(int32_t vertex) const { return is_at_cut_[vertex] != 0; }
   // The complex with the faces towards the rest of the mesh declared hull, so that nothing is open.
   CellComplex Closed() const;
   // The number of a cell of the whole in complex(). O(log n).

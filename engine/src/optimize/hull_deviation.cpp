@@ -126,13 +126,14 @@ DeviationLimits LimitsFor(const Hull& hull) {
   return limits;
 }
 
-HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll)
+HullSampling::HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll,
+                           const Surroundings& around)
     : hull_(hull),
       placement_(placement),
       vertices_(placement.complex.vertices),
       boundary_(BoundaryOf(placement.complex, poll)),
-      points_(placement.features.points().Against(boundary_, poll)),
-      crease_points_(CreasePoints(placement.features.view())),
+      points_(placement.features.points().Against(boundary_, poll, around)),
+      crease_points_(CreasePoints(placement.features.view(), around)),
       face_middles_(MiddlesOf(placement.complex)),
       point_index_(points_, kBinSize),
       crease_index_(crease_points_, kBinSize),
@@ -156,11 +157,10 @@ std::vector<Gap> HullSampling::GapsTo(const HullQueries& boundary, double distan
   tbb::parallel_for(size_t{0}, of_block.size(), [&](size_t block) {
     int32_t of_boundary = -1, of_hull = -1;
     const auto look_at = [&](const HullQueries& other, const Vec3d& p, int32_t& likely) {
-      if (!around.Contain(p)) return;
-      if (other.IsWithin(p, distance, likely)) return;
+      if (!around.Contain(p) || other.IsWithin(p, distance, likely)) return;
       const HullPoint nearest = other.Closest(p, likely);
       if (nearest.distance > distance) {
-        of_block[block].push_back({p, nearest.point, nearest.distance});
+        of_block[block].push_back({p, nearest.point, nearest.distance, &other != &boundary});
       }
     };
     poll.Now();

@@ -16,6 +16,7 @@
 #include "optimize/hull_features.h"
 #include "optimize/nearest_on_face.h"
 #include "optimize/placement.h"
+#include "optimize/surroundings.h"
 
 namespace amhex {
 
@@ -59,18 +60,7 @@ struct Gap {
   Vec3d sample;
   Vec3d nearest;
   double distance = 0;
-};
-
-// Of some places; without a radius, everywhere.
-struct Surroundings {
-  std::vector<Vec3d> places = {};
-  double radius = std::numeric_limits<double>::infinity();
-
-  bool IsEverywhere() const { return std::isinf(radius); }
-  bool Contain(const Vec3d& p) const {
-    const auto is_near = [&](const Vec3d& place) { return Norm(p - place) < radius; };
-    return IsEverywhere() || std::any_of(places.begin(), places.end(), is_near);
-  }
+  bool is_of_boundary = false;  // the sample; it is the hull's or the input's otherwise
 };
 
 // Where a face of the boundary is held against the hull: in its middle, as it was at first (with
@@ -82,8 +72,10 @@ enum class FaceDetail : uint8_t { kFew, kClosely };
 // a few tenths of an edge length after this is made. `placement`, `hull` must outlive it.
 class HullSampling {
  public:
+  // Of some surroundings, such as all that there are where the placement is of a part of a mesh.
   // Throws RunStopped when `poll` does.
-  HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {});
+  HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {},
+               const Surroundings& around = {});
 
   // Those of the hull farther than `distance` from the boundary, and places on faces farther than
   // that from the hull, farthest first; of those within the surroundings.

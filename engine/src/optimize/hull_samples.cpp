@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 
 #include "absl/container/flat_hash_map.h"
 #include "base/loop_polling.h"
@@ -70,50 +71,63 @@ HullPoints::HullPoints(const Hull& hull, bool points_scatter, const StopPoll& po
   }
 }
 
-std::vector<Vec3d> HullPoints::Against(const HullQueries& boundary, const StopPoll& poll) const {
+std::vector<Vec3d> HullPoints::Against(const HullQueries& boundary, const StopPoll& poll,
+                                       const Surroundings& around) const {
   const double limit = LimitsFor(hull_).limit;
   // The input's own points are on ridges and tips: of those in each cube the farthest, and all that
   // are too far, which have to be seen to come nearer one by one.
-  const std::vector<double> distances = DistancesTo(boundary, poll);
+  const std::vector<int32_t> asked = Within(around);
+  const std::vector<double> distances = DistancesTo(boundary, asked, poll);
   std::vector<int32_t> farthest(cube_count_, -1);  // [cube] indices of distances
   std::vector<int32_t> kept;
-  for (size_t k = 0; k < distances.size(); ++k) {
-    int32_t& own = farthest[static_cast<size_t>(cube_of_[k])];
-    if (own < 0 || distances[k] > distances[static_cast<size_t>(own)])
-      own = static_cast<int32_t>(k);
-    if (distances[k] > limit) kept.push_back(static_cast<int32_t>(k));
+  for (size_t i = 0; i < asked.size(); ++i) {
+    int32_t& own = farthest[static_cast<size_t>(cube_of_[static_cast<size_t>(asked[i])])];
+    if (own < 0 || distances[i] > distances[static_cast<size_t>(own)])
+      own = static_cast<int32_t>(i);
+    if (distances[i] > limit) kept.push_back(static_cast<int32_t>(i));
   }
-  kept.insert(kept.end(), farthest.begin(), farthest.end());
+  std::copy_if(farthest.begin(), farthest.end(), std::back_inserter(kept),
+               [](int32_t i) { return i >= 0; });
   SortUnique(kept);
-  std::vector<Vec3d> points = elsewhere_;
-  points.reserve(points.size() + kept.size());
-  for (const int32_t k : kept) {
-    points.push_back(
-        hull_.input_points[static_cast<size_t>(input_points_[static_cast<size_t>(k)])]);
-  }
+  std::vector<Vec3d> points;
+  points.reserve(kept.size() + (around.IsEverywhere() ? elsewhere_.size() : 0));
+  std::copy_if(elsewhere_.begin(), elsewhere_.end(), std::back_inserter(points),
+               [&](const Vec3d& p) { return around.Contain(p); });
+  for (const int32_t i : kept) points.push_back(InputPoint(asked[static_cast<size_t>(i)]));
   return points;
 }
 
-// [counting point] how far each is from the boundary where that counts, else 0.
+// Numbers of those that count, ascending.
+std::vector<int32_t> HullPoints::Within(const Surroundings& around) const {
+  std::vector<int32_t> within;
+  within.reserve(around.IsEverywhere() ? input_points_.size() : 0);
+  for (size_t k = 0; k < input_points_.size(); ++k) {
+    const auto number = static_cast<int32_t>(k);
+    if (around.Contain(InputPoint(number))) within.push_back(number);
+  }
+  return within;
+}
+
+// How far each of these is from the boundary where that counts, else 0.
 std::vector<double> HullPoints::DistancesTo(const HullQueries& boundary,
+                                            const std::vector<int32_t>& of,
                                             const StopPoll& poll) const {
   const double free = LimitsFor(hull_).free;
-  std::vector<double> distances(input_points_.size(), 0);
+  std::vector<double> distances(of.size(), 0);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, distances.size(), kPointsPerBlock),
                     [&](const tbb::blocked_range<size_t>& range) {
                       poll.Now();
                       int32_t likely = -1;
-                      for (size_t k = range.begin(); k < range.end(); ++k) {
-                        const auto i = static_cast<size_t>(input_points_[k]);
-                        const Vec3d& p = hull_.input_points[i];
+                      for (size_t i = range.begin(); i < range.end(); ++i) {
+                        const Vec3d& p = InputPoint(of[i]);
                         if (boundary.IsWithin(p, free, likely)) continue;
-                        distances[k] = boundary.Closest(p, likely).distance;
+                        distances[i] = boundary.Closest(p, likely).distance;
                       }
                     });
   return distances;
 }
 
-std::vector<Vec3d> CreasePoints(const FeatureView& features) {
+std::vector<Vec3d> CreasePoints(const FeatureView& features, const Surroundings& around) {
   std::vector<Vec3d> points;
   for (int64_t c = 0; c < features.creases.size; ++c) {
     const ArrayView<const LineSegment> segments = features.creases[c].segments.segments;
@@ -130,7 +144,8 @@ std::vector<Vec3d> CreasePoints(const FeatureView& features) {
       }
       const int count = std::max(1, static_cast<int>(std::ceil(length / kCreaseSpacing)));
       for (int k = 0; k < count; ++k) {
-        points.push_back(segment.first + along * ((k + 0.5) / count));
+        const Vec3d p = segment.first + along * ((k + 0.5) / count);
+        if (around.Contain(p)) points.push_back(p);
       }
     }
   }

@@ -9,6 +9,7 @@
 #include "input/hull.h"
 #include "input/hull_queries.h"
 #include "optimize/feature_view.h"
+#include "optimize/surroundings.h"
 
 namespace amhex {
 
@@ -24,11 +25,18 @@ class HullPoints {
   HullPoints(const Hull& hull, bool points_scatter, const StopPoll& poll);
 
   // Of the input's points near one another the one farthest from `boundary`, and all that are
-  // farther than is wanted. O(n log m).
-  std::vector<Vec3d> Against(const HullQueries& boundary, const StopPoll& poll) const;
+  // farther than is wanted; of those within the surroundings. O(n log m).
+  std::vector<Vec3d> Against(const HullQueries& boundary, const StopPoll& poll,
+                             const Surroundings& around = {}) const;
 
  private:
-  std::vector<double> DistancesTo(const HullQueries& boundary, const StopPoll& poll) const;
+  std::vector<int32_t> Within(const Surroundings& around) const;
+  std::vector<double> DistancesTo(const HullQueries& boundary, const std::vector<int32_t>& of,
+                                  const StopPoll& poll) const;
+  // Of those that count, number `k`.
+  const Vec3d& InputPoint(int32_t k) const {
+    return hull_.input_points[static_cast<size_t>(input_points_[static_cast<size_t>(k)])];
+  }
 
   const Hull& hull_;
   std::vector<Vec3d> elsewhere_;       // where the input has no point
@@ -37,7 +45,7 @@ class HullPoints {
   size_t cube_count_ = 0;
 };
 
-// Spread evenly along the creases.
-std::vector<Vec3d> CreasePoints(const FeatureView& features);
+// Spread evenly along the creases, within the surroundings.
+std::vector<Vec3d> CreasePoints(const FeatureView& features, const Surroundings& around = {});
 
 }  // namespace amhex

@@ -30,7 +30,7 @@ using testing_support::StudsAllOver;
 CellComplex Split(const CellComplex& complex, const Hull& hull,
                   SplitTurn turn = SplitTurn::kFirst) {
   const RunContext run;
-  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), turn, run);
+  auto split = SplitAtGaps(complex, hull, HullFeatures(hull), {}, turn, run);
   EXPECT_TRUE(split.ok()) << split.status().ToString();
   return *split;
 }
@@ -118,6 +118,28 @@ TEST(SplitAtGaps, ReachesForNoPointOfTheInputThatIsOffTheHull) {
   EXPECT_EQ(Split(complex, hull).cells, complex.cells);
 }
 
+TEST(SplitAtGaps, TakesOffWhatStandsOutOfTheHull) {
+  const Hull hull = HullWith({});
+  const CellComplex grid = GridComplex(kStuddedSize);
+  CellComplex complex = grid;
+  const CellFace base = complex.hull_faces.back();
+  complex.hull_faces.pop_back();
+  Vec3d middle;
+  for (int j = 0; j < 4; ++j) middle += complex.vertices[base.v[j]] / 4.0;
+  const auto apex = static_cast<int32_t>(complex.vertices.size());
+  complex.vertices.push_back(middle + FaceUnitNormal(base, complex.vertices) * 0.8);
+  complex.cells.push_back(MakePyramid(Reversed(base).v, apex));
+  for (int j = 0; j < 4; ++j) {
+    complex.hull_faces.push_back({3, {base.v[j], base.v[(j + 1) % 4], apex, -1}});
+  }
+  ASSERT_GT(LargestDistance(complex, hull), 0.5);
+  const CellComplex split = Split(complex, hull, SplitTurn::kLast);
+  EXPECT_LE(LargestDistance(split, hull), LimitsFor(hull).limit);
+  EXPECT_EQ(split.cells.size(), grid.cells.size());
+  const ValidationReport report = ValidateMesh(testing_support::MeshOf(split));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
 TEST(SplitAtGaps, IsTheSameAtAnyThreadCount) {
   const Hull hull = HullWith({{{3, 3}, {1, 5}, {5, 1}}, 0.5});
   CellComplex complex = GridComplex(kStuddedSize);
@@ -138,7 +160,7 @@ TEST(SplitAtGaps, StopsWhenAsked) {
   RunContext run;
   run.RequestStop();
   const auto split =
-      SplitAtGaps(GridComplex(kStuddedSize), hull, HullFeatures(hull), SplitTurn::kFirst, run);
+      SplitAtGaps(GridComplex(kStuddedSize), hull, HullFeatures(hull), {}, SplitTurn::kFirst, run);
   EXPECT_EQ(split.status().code(), absl::StatusCode::kCancelled);
 }
 

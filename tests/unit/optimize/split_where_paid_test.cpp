@@ -44,7 +44,7 @@ TEST(SplitRest, BringsTheWholeBoundaryNearEnough) {
 TEST(SplitRest, PaysNoMoreForItThanItIsWorth) {
   const Hull hull = HullWith(StudsAllOver(0.4, 1, 3));
   const CellComplex complex = GridComplex(kStuddedSize);
-  const auto split = SplitAtGaps(complex, hull, HullFeatures(hull), SplitTurn::kLast, {});
+  const auto split = SplitAtGaps(complex, hull, HullFeatures(hull), {}, SplitTurn::kLast, {});
   ASSERT_TRUE(split.ok());
   ASSERT_LE(LargestDistance(*split, hull), LimitsFor(hull).limit);
   ASSERT_LT(SummarizeQuality(*split).average, SummarizeQuality(complex).average - 0.05);
