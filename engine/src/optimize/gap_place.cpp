@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 
 #include "base/sort_unique.h"
@@ -23,6 +24,8 @@ constexpr double kExcerptReach = 7.0;
 constexpr double kSamplesBeyondExcerpt = 1.0;
 // Of what a distance is beyond the limit, this must go.
 constexpr double kShareToGo = 0.5;
+// What has lost less of it before it is drawn is not likely to be drawn near enough.
+constexpr double kLikelyShare = 0.1;
 
 // Vertices that come to the boundary where cells go are not on the hull yet.
 constexpr size_t kEffortsPerSeat = 2;
@@ -83,10 +86,11 @@ std::vector<GapPlace::Candidate> GapPlace::Candidates() const {
   for (std::optional<Candidate>& candidate : found) {
     if (candidate.has_value()) candidates.push_back(*std::move(candidate));
   }
-  std::stable_sort(
-      candidates.begin(), candidates.end(), [this](const Candidate& a, const Candidate& b) {
-        return std::pair(IsRefilled(a), a.distance) < std::pair(IsRefilled(b), b.distance);
-      });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [this](const Candidate& a, const Candidate& b) {
+                     return std::tuple(IsUnlikely(a), IsRefilled(a), a.distance) <
+                            std::tuple(IsUnlikely(b), IsRefilled(b), b.distance);
+                   });
   return candidates;
 }
 
@@ -101,8 +105,7 @@ std::optional<CellComplex> GapPlace::Drawn(Candidate candidate) const {
   if (!part.has_value()) return std::nullopt;
   std::optional<CellComplex> drawn = seat.InWhole(closed_, *part, poll_);
   if (!drawn.has_value() || !excerpt_.TakeBack(&*drawn)) return std::nullopt;
-  const double excess = std::max(0.0, gap_.distance - with_.limits.limit);
-  if (Draw(*drawn) > gap_.distance - kShareToGo * excess) return std::nullopt;
+  if (Draw(*drawn) > WithoutShare(kShareToGo)) return std::nullopt;
   return drawn;
 }
 
@@ -119,6 +122,14 @@ std::vector<Gap> GapPlace::GapsIn(CellComplex drawn, double beyond) const {
                               .GapsBeyond(beyond, poll_, with_.detail, Sampled());
   std::erase_if(gaps, [&](const Gap& gap) { return !Covers(gap.sample); });
   return gaps;
+}
+
+bool GapPlace::IsUnlikely(const Candidate& candidate) const {
+  return candidate.distance > WithoutShare(kLikelyShare);
+}
+
+double GapPlace::WithoutShare(double share) const {
+  return gap_.distance - share * std::max(0.0, gap_.distance - with_.limits.limit);
 }
 
 Surroundings GapPlace::Sampled() const {

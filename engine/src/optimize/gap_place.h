@@ -36,8 +36,8 @@ class GapPlace {
   GapPlace(const WorkingMesh& whole, const Gap& gap, const GapsWith& with);
 
   // The part with the boundary changed at the gap (SeatsAt), one for each way that was found,
-  // nearest to the hull first, those filled anew behind all others, for they cost hexahedra; not
-  // yet drawn there.
+  // nearest to the hull first, those filled anew, which cost hexahedra, behind all others but those
+  // that have come hardly nearer; not yet drawn there.
   struct Candidate {
     size_t seat = 0;
     PlacementEffort effort = PlacementEffort::kJoint;
@@ -63,6 +63,9 @@ class GapPlace {
   bool IsRefilled(const Candidate& candidate) const {
     return seats_[candidate.seat].use() == SeatUse::kRefill;
   }
+  bool IsUnlikely(const Candidate& candidate) const;
+  // The gap's distance without a share of what it is beyond the limit.
+  double WithoutShare(double share) const;
   Surroundings Sampled() const;
   double LargestDistance(const CellComplex& part) const;
   // Draws what is beyond the limit near the gap. Returns the largest distance beyond it then.
