@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "optimize/hull_deviation.h"
 #include "optimize/raise_quality.h"
 #include "optimize/split_at_gaps.h"
 #include "output/validate.h"
