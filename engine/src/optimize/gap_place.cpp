@@ -71,13 +71,12 @@ GapPlace::GapPlace(const WorkingMesh& whole, const Gap& gap, const GapsWith& wit
 }
 
 std::vector<GapPlace::Candidate> GapPlace::Candidates() const {
-  const RefillWith refill{with_.hull, with_.features, with_.params, with_.run};
   std::vector<std::optional<Candidate>> found(seats_.size() * kEffortsPerSeat);
   oneapi::tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
     if (with_.run.ShouldStop()) return;
     const size_t seat = i / kEffortsPerSeat;
     const PlacementEffort effort = EffortsFor(seats_[seat].use())[i % kEffortsPerSeat];
-    auto part = seats_[seat].Changed(on_hull_, effort, refill);
+    auto part = seats_[seat].Changed(on_hull_, effort, with_);
     if (!part.has_value()) return;
     const double distance = LargestDistance(*part);
     found[i] = {seat, effort, *std::move(part), distance};

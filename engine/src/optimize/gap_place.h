@@ -12,17 +12,14 @@
 #include "input/hull.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/hull_features.h"
+#include "optimize/place_refill.h"
 #include "optimize/place_vertices.h"
 #include "optimize/seat_excerpt.h"
 
 namespace amhex {
 
 // What all places of one mesh have in common.
-struct GapsWith {
-  const Hull& hull;
-  const HullFeatures& features;
-  const MeshingParams& params;
-  const RunContext& run;
+struct GapsWith : RefillWith {
   const DeviationLimits limits;
   const FaceDetail detail;
 };

@@ -72,7 +72,7 @@ enum class FaceDetail : uint8_t { kFew, kClosely };
 // a few tenths of an edge length after this is made. `placement`, `hull` must outlive it.
 class HullSampling {
  public:
-  // Of some surroundings, such as all that there are where the placement is of a part of a mesh.
+  // Where the placement is of a part of a mesh only: of what surrounds that part.
   // Throws RunStopped when `poll` does.
   HullSampling(const Hull& hull, const Placement& placement, const StopPoll& poll = {},
                const Surroundings& around = {});

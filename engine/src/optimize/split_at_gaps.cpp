@@ -42,10 +42,7 @@ class GapSplitter {
               const MeshingParams& params, SplitTurn turn, const RunContext& run)
       : complex_(complex),
         turn_(turn),
-        with_{hull,
-              features,
-              params,
-              run,
+        with_{{hull, features, params, run},
               LimitsFor(hull),
               turn == SplitTurn::kLast ? FaceDetail::kClosely : FaceDetail::kFew},
         most_places_(IsLast() ? kMostPlacesAtLast : kMostPlaces) {}
