@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <set>
 #include <utility>
 #include <vector>
@@ -146,43 +147,66 @@ class Refiller {
     return places < threads ? TryOrder::kAhead : TryOrder::kInTurn;
   }
 
-  // Puts in what is better. Where the boundary then touches or crosses itself, what was there
-  // stays.
+  // Vertices of a mesh by their numbers, from `begin` to `end`.
+  struct VertexRange {
+    int32_t begin = 0, end = 0;
+    bool Has(int32_t v) const { return begin <= v && v < end; }
+  };
+
+  // Puts in what is better. Where the boundary then touches or crosses itself and has not done so
+  // before, what was there stays.
   void Apply(const WorkingMesh& whole, std::vector<PlaceRefill>* wave, CellComplex* complex) {
     while (std::any_of(wave->begin(), wave->end(),
                        [](const PlaceRefill& refill) { return refill.better().has_value(); })) {
       WorkingMesh changed = whole;
+      std::vector<VertexRange> added(wave->size());
       bool fits = true;
-      for (PlaceRefill& refill : *wave) {
+      for (size_t i = 0; i < wave->size() && fits; ++i) {
+        PlaceRefill& refill = (*wave)[i];
         if (!refill.better().has_value()) continue;
-        if (refill.excerpt().PutInto(*refill.better(), &changed)) continue;
-        refill.Discard();
-        fits = false;
-        break;
+        added[i].begin = VertexCount(changed);
+        fits = refill.excerpt().PutInto(*refill.better(), &changed);
+        added[i].end = VertexCount(changed);
+        if (!fits) refill.Discard();
       }
       if (!fits) continue;
-      const std::vector<int32_t> defects =
-          FindBoundaryDefects(changed, hull_, StopPoll(run_)).vertices;
+      const std::vector<int32_t> defects = NewDefects(whole, changed);
       if (defects.empty()) {
         *complex = changed.ToComplex(StopPoll(run_));
         return;
       }
-      DiscardAt(defects, static_cast<int32_t>(whole.vertices().size()), wave);
+      DiscardAt(defects, added, wave);
     }
   }
 
+  static int32_t VertexCount(const WorkingMesh& mesh) {
+    return static_cast<int32_t>(mesh.vertices().size());
+  }
+
+  std::vector<int32_t> NewDefects(const WorkingMesh& before, const WorkingMesh& after) const {
+    const auto defects_of = [&](const WorkingMesh& mesh) {
+      return FindBoundaryDefects(mesh, hull_, StopPoll(run_)).vertices;
+    };
+    const std::vector<int32_t> all = defects_of(after);
+    if (all.empty()) return all;
+    const std::vector<int32_t> old = defects_of(before);
+    std::vector<int32_t> others;
+    std::set_difference(all.begin(), all.end(), old.begin(), old.end(), std::back_inserter(others));
+    return others;
+  }
+
   // All of them if none is at a defect.
-  static void DiscardAt(const std::vector<int32_t>& defects, int32_t first_new_vertex,
+  static void DiscardAt(const std::vector<int32_t>& defects, const std::vector<VertexRange>& added,
                         std::vector<PlaceRefill>* wave) {
     bool any = false;
-    const bool has_new = defects.back() >= first_new_vertex;
-    for (PlaceRefill& refill : *wave) {
+    for (size_t i = 0; i < wave->size(); ++i) {
+      PlaceRefill& refill = (*wave)[i];
       if (!refill.better().has_value()) continue;
       const std::vector<int32_t>& own = refill.excerpt().vertices();
       const bool is_at = std::any_of(defects.begin(), defects.end(), [&](int32_t v) {
-        return std::binary_search(own.begin(), own.end(), v);
+        return added[i].Has(v) || std::binary_search(own.begin(), own.end(), v);
       });
-      if (!is_at && !has_new) continue;
+      if (!is_at) continue;
       refill.Discard();
       any = true;
     }

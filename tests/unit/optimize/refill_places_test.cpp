@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <random>
 
+#include "closure/boundary_defects.h"
 #include "closure/close_complex.h"
 #include "closure/working_mesh.h"
 #include "optimize/raise_quality.h"
@@ -74,6 +75,16 @@ TEST(RefillPlaces, MendsAPoorPlaceAndMovesNothingFarFromIt) {
     if (Norm(complex.vertices[v] - place) < 7) continue;
     EXPECT_EQ(refilled.vertices[v], complex.vertices[v]);
   }
+}
+
+// As where the end of a part has no cells.
+TEST(RefillPlaces, MendsAPoorPlaceOfAMeshThatEndsFarFromTheHullElsewhere) {
+  const GridSize n{14, 5, 5};
+  const CellComplex complex = WithPoorStars(n, {{2.5, 2.5, 2.5}});
+  const Hull hull = GridHull({16, 5, 5}, 0.5);
+  ASSERT_FALSE(FindBoundaryDefects(WorkingMesh(complex), hull).vertices.empty());
+  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
+  EXPECT_GT(SummarizeQuality(Refilled(complex, hull)).minimum, 0.3);
 }
 
 TEST(RefillPlaces, MendsEveryPlaceOnItsOwn) {
