@@ -4,6 +4,7 @@
 
 #include "base/status_macros.h"
 #include "closure/close_complex.h"
+#include "optimize/divide_poor_cells.h"
 #include "optimize/draw_rest.h"
 #include "optimize/follow_hull.h"
 #include "optimize/lengthen_edges.h"
@@ -49,6 +50,8 @@ absl::StatusOr<RefilledTrial> RefillTrial(const CellComplex& placed, bool is_fol
                                           const Improvement& with, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(CellComplex refilled,
                          RefillPlaces(placed, with.hull, with.features, with.params, run));
+  AMHEX_ASSIGN_OR_RETURN(
+      refilled, DividePoorCells(std::move(refilled), {with.hull, with.features, with.params, run}));
   if (!is_followed) {
     AMHEX_ASSIGN_OR_RETURN(refilled,
                            RaiseAverage(std::move(refilled), with.features, run, with.device));

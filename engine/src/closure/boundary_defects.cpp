@@ -9,6 +9,7 @@
 
 #include "absl/container/inlined_vector.h"
 #include "base/loop_polling.h"
+#include "base/sort_unique.h"
 #include "fields/point_index.h"
 #include "input/ask_hull.h"
 #include "input/hull_queries.h"
@@ -340,6 +341,15 @@ class DefectFinder {
 BoundaryDefects FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
                                     const StopPoll& poll) {
   return DefectFinder(mesh.vertices(), BoundaryFaces(mesh, poll), hull, poll).Run();
+}
+
+std::vector<int32_t> NewBoundaryDefects(const WorkingMesh& before, const WorkingMesh& after,
+                                        const Hull& hull, const StopPoll& poll) {
+  std::vector<int32_t> all = FindBoundaryDefects(after, hull, poll).vertices;
+  if (all.empty()) return all;
+  const std::vector<int32_t> old = FindBoundaryDefects(before, hull, poll).vertices;
+  std::erase_if(all, [&](int32_t v) { return IsAmong(old, v); });
+  return all;
 }
 
 BoundaryDefects FindBoundaryDefectsNear(const std::vector<int32_t>& vertices,

@@ -23,6 +23,10 @@ struct BoundaryDefects {
 BoundaryDefects FindBoundaryDefects(const WorkingMesh& mesh, const Hull& hull,
                                     const StopPoll& poll = {});
 
+// Vertices at defects of `after` that are at none of `before`, whose vertices it has kept.
+std::vector<int32_t> NewBoundaryDefects(const WorkingMesh& before, const WorkingMesh& after,
+                                        const Hull& hull, const StopPoll& poll = {});
+
 // Those at faces near these vertices of the complex, within a few edge lengths: what moving them
 // can have done. Cells are not looked at, and nothing else of the boundary but what lies there.
 BoundaryDefects FindBoundaryDefectsNear(const std::vector<int32_t>& vertices,

@@ -12,7 +12,7 @@
 
 #include "base/status_macros.h"
 #include "closure/close_complex.h"
-#include "optimize/cell_quality.h"
+#include "optimize/place_quality.h"
 #include "optimize/place_vertices.h"
 #include "optimize/stays_near.h"
 
@@ -48,9 +48,6 @@ constexpr int kMostLayers = 1;           // of kAttempts
 // be seen: a corner of the hull finds its vertex up to 1.1 edge lengths away.
 constexpr int kMovingRings = 2;
 constexpr int kSeenRings = 2;
-// A place is better if what its cells lack to kWanted, squared, falls to this share.
-constexpr double kWanted = 0.32;
-constexpr double kWorthwhileShare = 0.8;
 // New boundary faces and moved vertices may cut off or add this many cells. More is added where a
 // star had cut a chord off, and cut off where a part of the solid is lost: then distances to the
 // hull decide.
@@ -68,24 +65,6 @@ PlacementEffort EffortFor(Remedy remedy) {
       break;
   }
   return PlacementEffort::kValid;
-}
-
-struct PlaceQuality {
-  double minimum = 1;
-  double lack = 0;
-  double volume = 0;
-};
-
-PlaceQuality QualityOf(const CellComplex& complex) {
-  PlaceQuality result;
-  for (const CellCorners& cell : complex.cells) {
-    const double quality = CellQuality(cell, complex.vertices);
-    const double lack = std::max(0.0, kWanted - quality);
-    result.minimum = std::min(result.minimum, quality);
-    result.lack += lack * lack;
-    result.volume += CellVolume(cell, complex.vertices);
-  }
-  return result;
 }
 
 // The cells and those that share a face with any of them.
@@ -150,10 +129,6 @@ absl::StatusOr<CellComplex> Change(const OpenPlace& place, const Attempt& attemp
   return std::move(refilled.complex);
 }
 
-bool IsBetter(const PlaceQuality& after, const PlaceQuality& before) {
-  return after.minimum >= before.minimum && after.lack < kWorthwhileShare * before.lack;
-}
-
 std::optional<Outcome> Try(const OpenPlace& place, const Attempt& attempt, const RefillWith& with,
                            bool* was_in_vain) {
   if (attempt.remedy == Remedy::kRefill &&
@@ -162,14 +137,14 @@ std::optional<Outcome> Try(const OpenPlace& place, const Attempt& attempt, const
   }
   auto changed = Change(place, attempt, with, was_in_vain);
   if (!changed.ok() || !place.excerpt.TakeBack(&*changed)) return std::nullopt;
-  if (std::abs(QualityOf(*changed).volume - place.quality.volume) > kHopelessVolumeChange) {
+  if (std::abs(QualityOfPlace(*changed).volume - place.quality.volume) > kHopelessVolumeChange) {
     return std::nullopt;
   }
   auto placed = PlacePart(*std::move(changed), place.fixed, with.features, with.run,
                           EffortFor(attempt.remedy));
   if (!placed.ok()) return std::nullopt;
   Outcome outcome{*std::move(placed), {}};
-  outcome.quality = QualityOf(outcome.complex);
+  outcome.quality = QualityOfPlace(outcome.complex);
   const double change = outcome.quality.volume - place.quality.volume;
   if (IsBetter(outcome.quality, place.quality) && std::abs(change) > kMaxVolumeChange) {
     outcome.keeps_to_hull =
@@ -254,7 +229,7 @@ PlaceRefill::PlaceRefill(const WorkingMesh& whole, const CellLists& cells_at, co
     if (layers > 0) opened = WithLayer(whole, opened);
     for (const int cell : opened) openings_[layers].push_back(excerpt_.CellOf(cell));
   }
-  repair_ = {.quality = kWanted,
+  repair_ = {.quality = kWantedOfPlaces,
              .depth = kRepairDepth,
              .beam_width = kRepairBeamWidth,
              .good_quality = kGoodRepair,
@@ -271,7 +246,7 @@ PlaceRefill::PlaceRefill(const WorkingMesh& whole, const CellLists& cells_at, co
 
 void PlaceRefill::Run(const RefillWith& with, TryOrder order) {
   const OpenPlace place{excerpt_, openings_,         repair_,
-                        fixed_,   excerpt_.Closed(), QualityOf(excerpt_.complex())};
+                        fixed_,   excerpt_.Closed(), QualityOfPlace(excerpt_.complex())};
   better_ = BestOf(place, with, order);
   if (!better_.has_value() || with.run.ShouldStop()) return;
   auto raised = PlacePart(*better_, fixed_, with.features, with.run, PlacementEffort::kRaise);

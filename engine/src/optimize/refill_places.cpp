@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <set>
 #include <utility>
 #include <vector>
@@ -170,7 +169,8 @@ class Refiller {
         if (!fits) refill.Discard();
       }
       if (!fits) continue;
-      const std::vector<int32_t> defects = NewDefects(whole, changed);
+      const std::vector<int32_t> defects =
+          NewBoundaryDefects(whole, changed, hull_, StopPoll(run_));
       if (defects.empty()) {
         *complex = changed.ToComplex(StopPoll(run_));
         return;
@@ -181,18 +181,6 @@ class Refiller {
 
   static int32_t VertexCount(const WorkingMesh& mesh) {
     return static_cast<int32_t>(mesh.vertices().size());
-  }
-
-  std::vector<int32_t> NewDefects(const WorkingMesh& before, const WorkingMesh& after) const {
-    const auto defects_of = [&](const WorkingMesh& mesh) {
-      return FindBoundaryDefects(mesh, hull_, StopPoll(run_)).vertices;
-    };
-    const std::vector<int32_t> all = defects_of(after);
-    if (all.empty()) return all;
-    const std::vector<int32_t> old = defects_of(before);
-    std::vector<int32_t> others;
-    std::set_difference(all.begin(), all.end(), old.begin(), old.end(), std::back_inserter(others));
-    return others;
   }
 
   // All of them if none is at a defect.

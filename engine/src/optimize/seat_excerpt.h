@@ -58,6 +58,7 @@ class SeatExcerpt {
                                      const StopPoll& poll) const;
 
   SeatUse use() const { return seat_.use; }
+  const CellComplex& before() const { return excerpt_.complex(); }
 
  private:
   CellComplex Divided(const Vec3d& at) const;

@@ -4,49 +4,28 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
-#include <random>
-
 #include "closure/boundary_defects.h"
-#include "closure/close_complex.h"
 #include "closure/working_mesh.h"
 #include "optimize/raise_quality.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
+#include "support/poor_meshes.h"
 
 namespace amhex {
 namespace {
 
+using testing_support::ClosedWithGaps;
 using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
+using testing_support::WithPoorStars;
 
 CellComplex Refilled(const CellComplex& complex, const Hull& hull) {
   const RunContext run;
   auto refilled = RefillPlaces(complex, hull, HullFeatures(hull), MeshingParams{}, run);
   EXPECT_TRUE(refilled.ok()) << refilled.status().ToString();
   return *refilled;
-}
-
-// The hexahedron around each of `places` becomes six pyramids whose apex all but lies in one of
-// their bases.
-CellComplex WithPoorStars(const GridSize& n, const std::vector<Vec3d>& places) {
-  const CellComplex grid = GridComplex(n);
-  WorkingMesh mesh(grid);
-  for (const Vec3d& place : places) {
-    for (int cell = 0; cell < static_cast<int>(grid.cells.size()); ++cell) {
-      Vec3d centre;
-      for (const int32_t v : grid.cells[cell]) centre += grid.vertices[v] / 8.0;
-      if (Norm(centre - place) > 0.1) continue;
-      const CellFaces faces = FacesOf(grid.cells[cell]);
-      mesh.RemoveCell(cell);
-      const int apex = mesh.AddVertex(centre + Vec3d{0, 0.1, 0.46});
-      for (const CellFace& face : faces) mesh.AddCell(MakePyramid(face.v, apex));
-    }
-  }
-  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
-  return mesh.ToComplex();
 }
 
 TEST(RefillPlaces, LeavesAMeshWithoutPoorCellsAsItIs) {
@@ -119,19 +98,6 @@ TEST(RefillPlaces, MendsPoorCellsOfManyStarsTogether) {
   EXPECT_GT(SummarizeQuality(refilled).minimum, 0.25);
   const ValidationReport report = ValidateMesh(testing_support::MeshOf(refilled));
   EXPECT_TRUE(report.valid()) << report.Summary();
-}
-
-// A grid with every third cell left out, more or less, and what closing puts there.
-CellComplex ClosedWithGaps(const GridSize& n, const Hull& hull, unsigned seed) {
-  WorkingMesh mesh(GridComplex(n));
-  std::minstd_rand random(seed);
-  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-    if (random() % 3 == 0) mesh.RemoveCell(cell);
-  }
-  RunContext run;
-  auto closed = CloseComplex(mesh.ToComplex(), hull, MeshingParams{}, run);
-  EXPECT_TRUE(closed.ok()) << closed.status().ToString();
-  return *std::move(closed);
 }
 
 TEST(RefillPlaces, NeverLowersTheMinimumNorOpensAMesh) {

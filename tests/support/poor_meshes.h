@@ -1,0 +1,48 @@
+// Closed meshes with poor cells.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+#include "closure/close_complex.h"
+#include "closure/working_mesh.h"
+#include "support/grid_complex.h"
+
+namespace amhex::testing_support {
+
+// The hexahedron around each of `places` becomes six pyramids whose apex all but lies in one of
+// their bases.
+inline CellComplex WithPoorStars(const GridSize& n, const std::vector<Vec3d>& places) {
+  const CellComplex grid = GridComplex(n);
+  WorkingMesh mesh(grid);
+  for (const Vec3d& place : places) {
+    for (int cell = 0; cell < static_cast<int>(grid.cells.size()); ++cell) {
+      Vec3d centre;
+      for (const int32_t v : grid.cells[cell]) centre += grid.vertices[v] / 8.0;
+      if (Norm(centre - place) > 0.1) continue;
+      const CellFaces faces = FacesOf(grid.cells[cell]);
+      mesh.RemoveCell(cell);
+      const int apex = mesh.AddVertex(centre + Vec3d{0, 0.1, 0.46});
+      for (const CellFace& face : faces) mesh.AddCell(MakePyramid(face.v, apex));
+    }
+  }
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+// A grid with every third cell left out, more or less, and what closing puts there.
+inline CellComplex ClosedWithGaps(const GridSize& n, const Hull& hull, unsigned seed) {
+  WorkingMesh mesh(GridComplex(n));
+  std::minstd_rand random(seed);
+  for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+    if (random() % 3 == 0) mesh.RemoveCell(cell);
+  }
+  RunContext run;
+  auto closed = CloseComplex(mesh.ToComplex(), hull, MeshingParams{}, run);
+  EXPECT_TRUE(closed.ok()) << closed.status().ToString();
+  return *std::move(closed);
+}
+
+}  // namespace amhex::testing_support
