@@ -62,9 +62,12 @@ GapPlace::GapPlace(const WorkingMesh& whole, const Gap& gap, const GapsWith& wit
       excerpt_(whole, CellsWithin(whole, gap.sample)),
       closed_(excerpt_.Closed()) {
   const CellLists cells_at = closed_.CellsAtVertices(poll_);
-  for (const Seat& seat : SeatsAt(on_mesh_, on_hull_, excerpt_.complex(), closed_, cells_at)) {
-    seats_.emplace_back(closed_, cells_at, seat);
+  std::vector<Seat> seats = SeatsAt(on_mesh_, on_hull_, excerpt_.complex(), closed_, cells_at);
+  for (Seat& seat :
+       SeatsUnder(on_mesh_, excerpt_.complex(), closed_, cells_at, *with.hull.queries)) {
+    seats.push_back(std::move(seat));
   }
+  for (const Seat& seat : seats) seats_.emplace_back(closed_, cells_at, seat);
   CellComplex part = excerpt_.complex();
   const Placement placement = Prepare(part);
   samples_ = HullSampling(with.hull, placement, poll_, {{on_hull_}, kMeasuredAround}).points();

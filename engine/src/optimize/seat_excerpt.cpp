@@ -10,6 +10,7 @@
 #include "base/sort_unique.h"
 #include "base/stop_poll.h"
 #include "closure/close_complex.h"
+#include "input/hull_queries.h"
 #include "input/triangle_math.h"
 #include "optimize/cell_quality.h"
 #include "optimize/hull_deviation.h"
@@ -23,6 +24,8 @@ constexpr int kMovingRings = 2;
 constexpr int kSeenRings = 2;
 // Cells that may go at once. Around a vertex of a flat boundary there are four.
 constexpr size_t kMostCutOff = 4;
+// The same over a groove, where those at one vertex are all that is between its sides.
+constexpr size_t kMostOverGroove = 8;
 
 bool HasVertex(const CellFace& face, int32_t v) {
   return std::find(face.v.begin(), face.v.begin() + face.count, v) != face.v.begin() + face.count;
@@ -50,7 +53,8 @@ bool IsDisc(const std::vector<CellFace>& faces) {
       const int32_t a = faces[f].v[j], b = faces[f].v[(j + 1) % faces[f].count];
       vertices.push_back(a);
       const auto [at, is_new] = face_at.try_emplace({std::min(a, b), std::max(a, b)}, f);
-      if (!is_new) std::replace(group.begin(), group.end(), group[at->second], group[f]);
+      const size_t other = group[at->second], own = group[f];
+      if (!is_new) std::replace(group.begin(), group.end(), other, own);
     }
   }
   SortUnique(vertices);
@@ -86,6 +90,26 @@ std::vector<int> RingsAround(const WorkingMesh& whole, const CellLists& cells_at
   return cells;
 }
 
+// Of the boundary; null where there is none.
+const CellFace* NearestFace(const Vec3d& p, const CellComplex& complex) {
+  const CellFace* nearest = nullptr;
+  double least = 1e300;
+  for (const CellFace& face : complex.hull_faces) {
+    const double distance = DistanceToFace(p, face, complex.vertices);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = &face;
+  }
+  return nearest;
+}
+
+Vec3d MiddleOfCell(const CellCorners& corners, const std::vector<Vec3d>& at) {
+  const CellVertices vertices = VerticesOf(corners);
+  Vec3d middle;
+  for (const int32_t v : vertices) middle += at[v] / static_cast<double>(vertices.count);
+  return middle;
+}
+
 }  // namespace
 
 double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
@@ -105,14 +129,7 @@ bool Seat::IsIn(const CellFace& face) const {
 
 std::vector<Seat> SeatsAt(const Vec3d& p, const Vec3d& wanted, const CellComplex& complex,
                           const WorkingMesh& whole, const CellLists& cells_at) {
-  const CellFace* nearest = nullptr;
-  double least = 1e300;
-  for (const CellFace& face : complex.hull_faces) {
-    const double distance = DistanceToFace(p, face, complex.vertices);
-    if (distance >= least) continue;
-    least = distance;
-    nearest = &face;
-  }
+  const CellFace* const nearest = NearestFace(p, complex);
   std::vector<Seat> seats;
   if (nearest == nullptr) return seats;
   const std::vector<int32_t> corners(nearest->v.begin(), nearest->v.begin() + nearest->count);
@@ -131,6 +148,34 @@ std::vector<Seat> SeatsAt(const Vec3d& p, const Vec3d& wanted, const CellComplex
   const bool is_too_far_out = Dot(OutwardAt(v, complex), wanted - p) < 0;
   const bool may_go = is_too_far_out && cells_at[v].size() <= kMostCutOff;
   seats.push_back({may_go ? SeatUse::kCutOff : SeatUse::kRefill, cells_at[v], {v}});
+  return seats;
+}
+
+std::vector<Seat> SeatsUnder(const Vec3d& p, const CellComplex& complex, const WorkingMesh& whole,
+                             const CellLists& cells_at, const HullQueries& hull) {
+  std::vector<Seat> seats;
+  const CellFace* const nearest = NearestFace(p, complex);
+  if (nearest == nullptr) return seats;
+  const auto is_of_boundary = [&](int32_t v) {
+    return std::any_of(complex.hull_faces.begin(), complex.hull_faces.end(),
+                       [&](const CellFace& face) { return HasVertex(face, v); });
+  };
+  const auto is_outside = [&](int cell) {
+    const CellFaces faces = FacesOf(whole.corners(cell));
+    const bool has_boundary = std::any_of(faces.begin(), faces.end(), [&](const CellFace& face) {
+      return whole.Across(face) == WorkingMesh::kHull;
+    });
+    return has_boundary && !hull.IsInside(MiddleOfCell(whole.corners(cell), whole.vertices()));
+  };
+  for (const int32_t v : VerticesOf(whole.corners(whole.Owner(*nearest)))) {
+    if (is_of_boundary(v)) continue;
+    Seat seat{SeatUse::kCutOff, {}, {v}};
+    std::copy_if(cells_at[v].begin(), cells_at[v].end(), std::back_inserter(seat.cells),
+                 is_outside);
+    if (!seat.cells.empty() && seat.cells.size() <= kMostOverGroove) {
+      seats.push_back(std::move(seat));
+    }
+  }
   return seats;
 }
 

@@ -9,6 +9,7 @@
 #include "assembly/cell_complex.h"
 #include "closure/excerpt.h"
 #include "closure/working_mesh.h"
+#include "input/hull.h"
 #include "optimize/hull_features.h"
 #include "optimize/place_refill.h"
 #include "optimize/place_vertices.h"
@@ -21,13 +22,14 @@ double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Ve
 enum class SeatUse : uint8_t {
   kDivide,  // cells become pyramids and tetrahedra around a new vertex in their face or edge
   kRefill,  // a vertex goes with its cells, and the room that they leave is filled anew
-  kCutOff,  // a vertex goes with its cells
+  kCutOff,  // cells go
 };
 
-// Where a boundary is changed: in a face, in an edge where two of them meet, or at a vertex.
+// Where a boundary is changed: in a face, in an edge where two of them meet, or at a vertex, of the
+// boundary or within.
 struct Seat {
   SeatUse use = SeatUse::kDivide;
-  std::vector<int> cells;        // all that have it, ascending
+  std::vector<int> cells;        // all that have it, or those of them that go; ascending
   std::vector<int32_t> corners;  // of the face, both of the edge, or the vertex
   bool IsEdge() const { return corners.size() == 2; }
   bool IsIn(const CellFace& face) const;
@@ -39,6 +41,12 @@ struct Seat {
 // boundary. `whole` is the complex, `cells_at` its cells by vertex. O(faces of the boundary).
 std::vector<Seat> SeatsAt(const Vec3d& p, const Vec3d& wanted, const CellComplex& complex,
                           const WorkingMesh& whole, const CellLists& cells_at);
+
+// For a point of the boundary: the vertices within, of the nearest cell, at which cells with faces
+// of the boundary lie outside of the hull, as over a groove: these cells are to be cut off. None
+// where they are many. O(faces of the boundary).
+std::vector<Seat> SeatsUnder(const Vec3d& p, const CellComplex& complex, const WorkingMesh& whole,
+                             const CellLists& cells_at, const HullQueries& hull);
 
 // A seat with everything around it that placing its vertex may look at.
 class SeatExcerpt {

@@ -22,6 +22,7 @@ using testing_support::HullWith;
 using testing_support::kStuddedSize;
 using testing_support::LargestDistance;
 using testing_support::MeshOf;
+using testing_support::Studs;
 
 const Vec3d kOnTop = {4, 4, kStuddedSize.nz};
 
@@ -124,6 +125,94 @@ TEST(SeatExcerpt, CutsOffNothingThatHoldsTwoPartsTogether) {
   const CellComplex bar = GridComplex({6, 1, 1});
   const Vec3d p = {3, 1, 1};
   EXPECT_FALSE(Used(SeatUse::kCutOff, bar, p, {3, 0.5, 0.5}, PlacementEffort::kJoint).has_value());
+}
+
+// On the top of a grid, pyramids around one vertex fill the room of `length` cells in a row.
+CellComplex GridWithStarOnTop(int length) {
+  const CellComplex grid = GridComplex(kStuddedSize);
+  WorkingMesh mesh(grid);
+  for (int x = 4; x < 4 + length; ++x) {
+    for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
+      const CellVertices corners = VerticesOf(mesh.corners(cell));
+      Vec3d middle;
+      for (const int32_t v : corners) middle += grid.vertices[v] / 8.0;
+      if (Norm(middle - Vec3d{x + 0.5, 4.5, kStuddedSize.nz - 0.5}) < 1e-9) mesh.RemoveCell(cell);
+    }
+  }
+  std::vector<CellFace> open;
+  for (const CellFace& face : grid.hull_faces) {
+    if (mesh.Owner(face) == WorkingMesh::kOpen) open.push_back(face);
+  }
+  for (const CellFace& face : mesh.OpenFaces()) open.push_back(Reversed(face));
+  const int apex = mesh.AddVertex({4 + length / 2.0, 4.5, kStuddedSize.nz - 0.5});
+  for (const CellFace& face : open) mesh.AddCell(MakePyramid(face.v, apex));
+  for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
+  return mesh.ToComplex();
+}
+
+Hull HullWithPits(int length) {
+  Studs pits;
+  for (int x = 4; x < 4 + length; ++x) pits.at.push_back({x, 4});
+  pits.height = pits.height_of_first = -0.45;
+  return HullWith(pits);
+}
+
+TEST(SeatsUnder, AreWhereCellsCoverAPit) {
+  for (const int length : {1, 2, 3}) {
+    const CellComplex complex = GridWithStarOnTop(length);
+    const WorkingMesh whole(complex);
+    const CellLists cells_at = whole.CellsAtVertices();
+    const Vec3d on_top = {4.5, 4.5, kStuddedSize.nz};
+    const auto seats_in = [&](const Hull& hull) {
+      return SeatsUnder(on_top, complex, whole, cells_at, *hull.queries);
+    };
+    EXPECT_TRUE(seats_in(HullWith({})).empty());
+    const std::vector<Seat> seats = seats_in(HullWithPits(length));
+    ASSERT_EQ(seats.size(), 1u);
+    EXPECT_EQ(seats[0].use, SeatUse::kCutOff);
+    EXPECT_EQ(seats[0].cells.size(), static_cast<size_t>(length));
+  }
+}
+
+TEST(SeatExcerpt, OpensAPitThatCellsCover) {
+  const Hull hull = HullWithPits(1);
+  const HullFeatures features(hull);
+  const MeshingParams params;
+  const RunContext run;
+  const CellComplex complex = GridWithStarOnTop(1);
+  const WorkingMesh whole(complex);
+  const CellLists cells_at = whole.CellsAtVertices();
+  const Vec3d on_top = {4.5, 4.5, kStuddedSize.nz}, tip = on_top - Vec3d{0, 0, 0.45};
+  const auto seats = SeatsUnder(on_top, complex, whole, cells_at, *hull.queries);
+  ASSERT_EQ(seats.size(), 1u);
+  ASSERT_GT(LargestDistance(complex, hull), 0.4);
+  const SeatExcerpt seat(whole, cells_at, seats[0]);
+  const auto part = seat.Changed(tip, PlacementEffort::kValid, {hull, features, params, run});
+  ASSERT_TRUE(part.has_value());
+  const auto opened = seat.InWhole(whole, *part, {});
+  ASSERT_TRUE(opened.has_value());
+  EXPECT_EQ(opened->cells.size(), complex.cells.size() - 1);
+  EXPECT_LT(LargestDistance(*opened, hull), 0.3);
+  const ValidationReport report = ValidateMesh(MeshOf(*opened));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+}
+
+// However the faces follow each other that come to the boundary.
+TEST(SeatExcerpt, CutsOffAStripOfCells) {
+  const Hull hull = HullWithPits(3);
+  const HullFeatures features(hull);
+  const MeshingParams params;
+  const RunContext run;
+  const CellComplex complex = GridWithStarOnTop(3);
+  const WorkingMesh whole(complex);
+  const CellLists cells_at = whole.CellsAtVertices();
+  const Vec3d on_top = {5.5, 4.5, kStuddedSize.nz};
+  const auto seats = SeatsUnder(on_top, complex, whole, cells_at, *hull.queries);
+  ASSERT_EQ(seats.size(), 1u);
+  const SeatExcerpt seat(whole, cells_at, seats[0]);
+  const auto part = seat.Changed(on_top, PlacementEffort::kJoint, {hull, features, params, run});
+  ASSERT_TRUE(part.has_value());
+  EXPECT_EQ(part->cells.size() + 3, seat.before().cells.size());
 }
 
 }  // namespace
