@@ -150,11 +150,11 @@ struct LabelTileBody {
   AMHEX_HD bool Gather(Search& search, LabelCandidates& candidates) const {
     search.reach = kFirstReach;
     while (true) {
-      const bool fits = CollectWithin(search, candidates);
-      candidates.Load(metric.data);
-      const float bound = BoundBlocks(search, candidates);
+      bool fits = CollectWithin(search, candidates);
+      const float bound = LargestBound(search);
       const float needed = ReachOf(bound);
       if (needed <= search.reach || HasSeenAll(search)) {
+        if (!fits) fits = CollectBelow(bound + kCullSlack, search, candidates);
         if (fits) Cull(search, bound, candidates);
         return fits;
       }
@@ -162,30 +162,52 @@ struct LabelTileBody {
     }
   }
 
-  // The sites of this side within reach of the tile; false if some had no place.
-  AMHEX_HD bool CollectWithin(const Search& search, LabelCandidates& candidates) const {
+  // The sites of this side within reach of the tile, and every block's bound by all of them; false
+  // if some had no place.
+  AMHEX_HD bool CollectWithin(Search& search, LabelCandidates& candidates) const {
     bool fits = true;
     candidates.count = 0;
+    for (float& bound : search.block_bound) bound = search.limit;
     VisitSlotsNear(bins, search.centre * Spacing(), SearchRadius(search), [&](int64_t slot) {
       if (!IsWithinReach(search, metric[slot])) return;
       if (candidates.count == kCandidateCapacity) {
         fits = false;
-        return;
+        LowerBounds(search, candidates);
+        candidates.count = 0;
       }
       candidates.slot[candidates.count++] = static_cast<int32_t>(slot);
     });
+    LowerBounds(search, candidates);
     return fits;
   }
 
-  // Bounds every block's distances; returns the largest bound.
-  AMHEX_HD float BoundBlocks(Search& search, const LabelCandidates& candidates) const {
-    float largest = 0;
+  // Of those only the ones whose lower bound over the tile does not exceed `limit`.
+  AMHEX_HD bool CollectBelow(float limit, const Search& search, LabelCandidates& candidates) const {
+    bool fits = true;
+    candidates.count = 0;
+    VisitSlotsNear(bins, search.centre * Spacing(), SearchRadius(search), [&](int64_t slot) {
+      const SiteMetric& site = metric[slot];
+      if (!fits || !IsWithinReach(search, site)) return;
+      if (BoundsOverCube(site, search.centre, search.half_width).lower > limit) return;
+      fits = candidates.count < kCandidateCapacity;
+      if (fits) candidates.slot[candidates.count++] = static_cast<int32_t>(slot);
+    });
+    if (fits) candidates.Load(metric.data);
+    return fits;
+  }
+
+  // Of every block's distances, by these candidates.
+  AMHEX_HD void LowerBounds(Search& search, LabelCandidates& candidates) const {
+    candidates.Load(metric.data);
     for (int block = 0; block < kTileBlocks; ++block) {
       const Vec3f centre = CentreOfCube(BlockBase(search, block), kBlockHalfWidth);
       const float upper = SmallestUpperBound(candidates, centre, kBlockHalfWidth);
-      search.block_bound[block] = Smaller(upper, search.limit);
-      largest = Larger(largest, search.block_bound[block]);
+      search.block_bound[block] = Smaller(upper, search.block_bound[block]);
     }
+  }
+  AMHEX_HD float LargestBound(const Search& search) const {
+    float largest = 0;
+    for (const float bound : search.block_bound) largest = Larger(largest, bound);
     return largest;
   }
 

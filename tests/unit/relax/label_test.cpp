@@ -35,6 +35,18 @@ TEST(VoronoiLabels, EqualBruteForceWhereSitesAreFewOrCrowded) {
   ExpectBruteForceLabels(crowded);
 }
 
+TEST(VoronoiLabels, EqualBruteForceWhereManySitesAreFar) {
+  // All at one end of a beam: from the other one as many as lists hold are far beyond the nearest.
+  Diagram far = DiagramIn(fixtures::MakeBox({24, 4, 4}, 1), 20);
+  const Vec3d corner = Vec3d{} - far.barrier.origin;
+  for (const Vec3f& unit : RandomPoints(11, 700, 1)) {
+    far.AddSite(corner + Vec3d{8 * unit.x, 4 * unit.y, 4 * unit.z}, Quatf{}, {1, 1, 1}, true);
+  }
+  far.items = ListLabelItems(far.barrier, {});
+  far.Label();
+  ExpectBruteForceLabels(far);
+}
+
 TEST(VoronoiLabels, UnderMaximumNormAnAlignedGridGivesCubes) {
   // 108 points per site: a unit cube holds 3 x 3 x 3 cells of the lattice.
   Diagram diagram = DiagramIn(fixtures::MakeBox({4, 4, 4}, 1), 108);
