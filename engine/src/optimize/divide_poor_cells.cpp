@@ -18,6 +18,7 @@
 #include "closure/working_mesh.h"
 #include "input/hull_queries.h"
 #include "optimize/place_quality.h"
+#include "optimize/raise_quality.h"
 #include "optimize/seat_excerpt.h"
 #include "optimize/stays_near.h"
 
@@ -37,14 +38,14 @@ class Divider {
       : with_(with),
         poll_(with.run),
         mesh_(complex, poll_),
-        cells_at_(mesh_.CellsAtVertices(poll_)) {}
+        cells_at_(mesh_.CellsAtVertices(poll_)),
+        quality_(CellQualities(mesh_, {}, poll_)) {}
 
   // The poorest one that is not among `tried`; -1: none is poor.
   int PoorestBut(const std::set<VertexKey>& tried) const {
-    const std::vector<double> quality = CellQualities(mesh_, {}, poll_);
     int poorest = -1;
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
-      if (quality[cell] >= (poorest < 0 ? kPoor : quality[poorest])) continue;
+      if (quality_[cell] >= (poorest < 0 ? kPoor : quality_[poorest])) continue;
       if (!tried.contains(KeyOf(cell))) poorest = cell;
     }
     return poorest;
@@ -158,21 +159,26 @@ class Divider {
   const StopPoll poll_;
   const WorkingMesh mesh_;
   const CellLists cells_at_;
+  const std::vector<double> quality_;  // [cell]
 };
 
 }  // namespace
 
 absl::StatusOr<CellComplex> DividePoorCells(CellComplex complex, const RefillWith& with) {
+  AMHEX_RETURN_IF_ERROR(with.run.CheckStop());
+  if (SummarizeQuality(complex, StopPoll(with.run)).minimum >= kPoor) return complex;
   std::set<VertexKey> tried;
+  std::optional<Divider> divider;
   for (int i = 0; i < kMostCells; ++i) {
     AMHEX_RETURN_IF_ERROR(with.run.CheckStop());
-    const Divider divider(complex, with);
-    const int poorest = divider.PoorestBut(tried);
+    if (!divider.has_value()) divider.emplace(complex, with);
+    const int poorest = divider->PoorestBut(tried);
     if (poorest < 0) break;
-    tried.insert(divider.KeyOf(poorest));
-    if (auto changed = divider.Changed(poorest); changed.has_value()) {
-      complex = *std::move(changed);
-    }
+    tried.insert(divider->KeyOf(poorest));
+    std::optional<CellComplex> changed = divider->Changed(poorest);
+    if (!changed.has_value()) continue;
+    complex = *std::move(changed);
+    divider.reset();
   }
   AMHEX_RETURN_IF_ERROR(with.run.CheckStop());
   return complex;
