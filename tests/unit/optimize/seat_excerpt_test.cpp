@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "closure/working_mesh.h"
 #include "optimize/raise_quality.h"
 #include "output/validate.h"
 #include "support/grid_complex.h"

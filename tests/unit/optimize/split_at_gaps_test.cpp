@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "closure/working_mesh.h"
 #include "optimize/hull_deviation.h"
 #include "optimize/raise_quality.h"
 #include "output/validate.h"
