@@ -8,7 +8,10 @@
 
 #include "closure/close_complex.h"
 #include "closure/working_mesh.h"
+#include "optimize/raise_quality.h"
+#include "output/validate.h"
 #include "support/grid_complex.h"
+#include "support/grid_hull.h"
 
 namespace amhex::testing_support {
 
@@ -30,6 +33,34 @@ inline CellComplex WithPoorStars(const GridSize& n, const std::vector<Vec3d>& pl
   }
   for (const CellFace& face : mesh.OpenFaces()) mesh.MarkHull(face);
   return mesh.ToComplex();
+}
+
+// What mending poor cells must not do: mend(complex, hull).
+template <class Mend>
+void ExpectLeavesGoodCellsAsTheyAre(const Mend& mend) {
+  const GridSize n{4, 4, 4};
+  CellComplex complex = GridComplex(n);
+  Shake(complex, 0.1);
+  const CellComplex mended = mend(complex, GridHull(n, 0.5));
+  EXPECT_EQ(mended.cells, complex.cells);
+  EXPECT_EQ(mended.vertices, complex.vertices);
+  EXPECT_TRUE(mend(CellComplex{}, GridHull({1, 1, 1}, 0.5)).cells.empty());
+}
+
+template <class Mend>
+void ExpectMendsAPlaceAndMovesNothingFarFromIt(const Mend& mend) {
+  const GridSize n{14, 5, 5};
+  const Vec3d place{2.5, 2.5, 2.5};
+  const CellComplex complex = WithPoorStars(n, {place});
+  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
+  const CellComplex mended = mend(complex, GridHull(n, 0.5));
+  EXPECT_GT(SummarizeQuality(mended).minimum, 0.3);
+  const ValidationReport report = ValidateMesh(MeshOf(mended));
+  EXPECT_TRUE(report.valid()) << report.Summary();
+  for (size_t v = 0; v < GridComplex(n).vertices.size(); ++v) {
+    if (Norm(complex.vertices[v] - place) < 7) continue;
+    EXPECT_EQ(mended.vertices[v], complex.vertices[v]);
+  }
 }
 
 // A grid with every third cell left out, more or less, and what closing puts there.

@@ -10,7 +10,6 @@
 #include "closure/working_mesh.h"
 #include "input/hull_queries.h"
 #include "optimize/raise_quality.h"
-#include "output/validate.h"
 #include "support/grid_complex.h"
 #include "support/grid_hull.h"
 #include "support/poor_meshes.h"
@@ -19,7 +18,6 @@ namespace amhex {
 namespace {
 
 using testing_support::ClosedWithGaps;
-using testing_support::GridComplex;
 using testing_support::GridHull;
 using testing_support::GridSize;
 using testing_support::WithPoorStars;
@@ -34,31 +32,11 @@ CellComplex WithPoorDivided(const CellComplex& complex, const Hull& hull) {
 }
 
 TEST(DividePoorCells, LeavesAMeshWithoutPoorCellsAsItIs) {
-  const GridSize n{4, 4, 4};
-  CellComplex complex = GridComplex(n);
-  testing_support::Shake(complex, 0.1);
-  const CellComplex divided = WithPoorDivided(complex, GridHull(n, 0.5));
-  EXPECT_EQ(divided.cells, complex.cells);
-  EXPECT_EQ(divided.vertices, complex.vertices);
-}
-
-TEST(DividePoorCells, OfNothingIsNothing) {
-  EXPECT_TRUE(WithPoorDivided(CellComplex{}, GridHull({1, 1, 1}, 0.5)).cells.empty());
+  testing_support::ExpectLeavesGoodCellsAsTheyAre(WithPoorDivided);
 }
 
 TEST(DividePoorCells, MendsAPoorPlaceAndMovesNothingFarFromIt) {
-  const GridSize n{14, 5, 5};
-  const Vec3d place{2.5, 2.5, 2.5};
-  const CellComplex complex = WithPoorStars(n, {place});
-  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
-  const CellComplex divided = WithPoorDivided(complex, GridHull(n, 0.5));
-  EXPECT_GT(SummarizeQuality(divided).minimum, 0.3);
-  const ValidationReport report = ValidateMesh(testing_support::MeshOf(divided));
-  EXPECT_TRUE(report.valid()) << report.Summary();
-  for (size_t v = 0; v < GridComplex(n).vertices.size(); ++v) {
-    if (Norm(complex.vertices[v] - place) < 7) continue;
-    EXPECT_EQ(divided.vertices[v], complex.vertices[v]);
-  }
+  testing_support::ExpectMendsAPlaceAndMovesNothingFarFromIt(WithPoorDivided);
 }
 
 TEST(DividePoorCells, NeverLowersTheMinimumNorOpensAMesh) {

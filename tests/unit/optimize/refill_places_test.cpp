@@ -29,31 +29,11 @@ CellComplex Refilled(const CellComplex& complex, const Hull& hull) {
 }
 
 TEST(RefillPlaces, LeavesAMeshWithoutPoorCellsAsItIs) {
-  const GridSize n{4, 4, 4};
-  CellComplex complex = GridComplex(n);
-  testing_support::Shake(complex, 0.1);
-  const CellComplex refilled = Refilled(complex, GridHull(n, 0.5));
-  EXPECT_EQ(refilled.cells, complex.cells);
-  EXPECT_EQ(refilled.vertices, complex.vertices);
-}
-
-TEST(RefillPlaces, OfNothingIsNothing) {
-  EXPECT_TRUE(Refilled(CellComplex{}, GridHull({1, 1, 1}, 0.5)).cells.empty());
+  testing_support::ExpectLeavesGoodCellsAsTheyAre(Refilled);
 }
 
 TEST(RefillPlaces, MendsAPoorPlaceAndMovesNothingFarFromIt) {
-  const GridSize n{14, 5, 5};
-  const Vec3d place{2.5, 2.5, 2.5};
-  const CellComplex complex = WithPoorStars(n, {place});
-  ASSERT_LT(SummarizeQuality(complex).minimum, 0.1);
-  const CellComplex refilled = Refilled(complex, GridHull(n, 0.5));
-  EXPECT_GT(SummarizeQuality(refilled).minimum, 0.3);
-  const ValidationReport report = ValidateMesh(testing_support::MeshOf(refilled));
-  EXPECT_TRUE(report.valid()) << report.Summary();
-  for (size_t v = 0; v < GridComplex(n).vertices.size(); ++v) {
-    if (Norm(complex.vertices[v] - place) < 7) continue;
-    EXPECT_EQ(refilled.vertices[v], complex.vertices[v]);
-  }
+  testing_support::ExpectMendsAPlaceAndMovesNothingFarFromIt(Refilled);
 }
 
 // As where the end of a part has no cells.

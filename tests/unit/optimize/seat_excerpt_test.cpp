@@ -175,45 +175,54 @@ TEST(SeatsUnder, AreWhereCellsCoverAPit) {
   }
 }
 
-TEST(SeatExcerpt, OpensAPitThatCellsCover) {
-  const Hull hull = HullWithPits(1);
+struct Opened {
+  std::optional<CellComplex> whole;
+  int64_t cells_gone = 0;
+  double distance = 0;  // of what is left, from the hull
+};
+
+// A grid whose pits stars cover, without what lies over them.
+Opened OpenPits(int length, const Vec3d& at, PlacementEffort effort) {
+  const Hull hull = HullWithPits(length);
   const HullFeatures features(hull);
   const MeshingParams params;
   const RunContext run;
-  const CellComplex complex = GridWithStarOnTop(1);
+  const CellComplex complex = GridWithStarOnTop(length);
   const WorkingMesh whole(complex);
   const CellLists cells_at = whole.CellsAtVertices();
-  const Vec3d on_top = {4.5, 4.5, kStuddedSize.nz}, tip = on_top - Vec3d{0, 0, 0.45};
+  const Vec3d on_top = {4.5, 4.5, kStuddedSize.nz};
   const auto seats = SeatsUnder(on_top, complex, whole, cells_at, *hull.queries);
-  ASSERT_EQ(seats.size(), 1u);
-  ASSERT_GT(LargestDistance(complex, hull), 0.4);
+  if (seats.size() != 1) return {};
   const SeatExcerpt seat(whole, cells_at, seats[0]);
-  const auto part = seat.Changed(tip, PlacementEffort::kValid, {hull, features, params, run});
-  ASSERT_TRUE(part.has_value());
-  const auto opened = seat.InWhole(whole, *part, {});
-  ASSERT_TRUE(opened.has_value());
-  EXPECT_EQ(opened->cells.size(), complex.cells.size() - 1);
-  EXPECT_LT(LargestDistance(*opened, hull), 0.3);
-  const ValidationReport report = ValidateMesh(MeshOf(*opened));
+  const auto part = seat.Changed(at, effort, {hull, features, params, run});
+  if (!part.has_value()) return {};
+  Opened opened{seat.InWhole(whole, *part, {})};
+  if (!opened.whole.has_value()) return {};
+  opened.cells_gone = static_cast<int64_t>(complex.cells.size() - opened.whole->cells.size());
+  opened.distance = LargestDistance(*opened.whole, hull);
+  return opened;
+}
+
+TEST(SeatExcerpt, OpensAPitThatCellsCover) {
+  ASSERT_GT(LargestDistance(GridWithStarOnTop(1), HullWithPits(1)), 0.4);
+  const Vec3d tip = {4.5, 4.5, kStuddedSize.nz - 0.45};
+  const Opened opened = OpenPits(1, tip, PlacementEffort::kValid);
+  ASSERT_TRUE(opened.whole.has_value());
+  EXPECT_EQ(opened.cells_gone, 1);
+  EXPECT_LT(opened.distance, 0.3);
+  const ValidationReport report = ValidateMesh(MeshOf(*opened.whole));
   EXPECT_TRUE(report.valid()) << report.Summary();
 }
 
 // However the faces follow each other that come to the boundary.
 TEST(SeatExcerpt, CutsOffAStripOfCells) {
-  const Hull hull = HullWithPits(3);
-  const HullFeatures features(hull);
-  const MeshingParams params;
-  const RunContext run;
-  const CellComplex complex = GridWithStarOnTop(3);
-  const WorkingMesh whole(complex);
-  const CellLists cells_at = whole.CellsAtVertices();
-  const Vec3d on_top = {5.5, 4.5, kStuddedSize.nz};
-  const auto seats = SeatsUnder(on_top, complex, whole, cells_at, *hull.queries);
-  ASSERT_EQ(seats.size(), 1u);
-  const SeatExcerpt seat(whole, cells_at, seats[0]);
-  const auto part = seat.Changed(on_top, PlacementEffort::kJoint, {hull, features, params, run});
-  ASSERT_TRUE(part.has_value());
-  EXPECT_EQ(part->cells.size() + 3, seat.before().cells.size());
+  for (const int length : {2, 3}) {
+    const Vec3d middle = {4 + length / 2.0, 4.5, kStuddedSize.nz};
+    const Opened opened = OpenPits(length, middle, PlacementEffort::kJoint);
+    ASSERT_TRUE(opened.whole.has_value());
+    EXPECT_EQ(opened.cells_gone, length);
+    EXPECT_FALSE(WorkingMesh(*opened.whole).HasOpenFaces());
+  }
 }
 
 }  // namespace
