@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -115,7 +114,7 @@ class Divider {
       for (size_t j = 0; j < corners.size(); ++j) {
         const int32_t a = corners[j], b = corners[(j + 1) % corners.size()];
         if (!edges.insert({std::min(a, b), std::max(a, b)}).second) continue;
-        seats.push_back({SeatUse::kDivide, CellsAtEdge(a, b), {a, b}});
+        seats.push_back(SeatInEdge(a, b, mesh_, cells_at_));
       }
     }
     for (const int32_t v : VerticesOf(mesh_.corners(cell))) {
@@ -129,12 +128,6 @@ class Divider {
     std::vector<int> cells = {mesh_.Owner(face)};
     if (mesh_.Across(face) >= 0) cells.push_back(mesh_.Across(face));
     std::sort(cells.begin(), cells.end());
-    return cells;
-  }
-  std::vector<int> CellsAtEdge(int32_t a, int32_t b) const {
-    std::vector<int> cells;
-    std::copy_if(cells_at_[a].begin(), cells_at_[a].end(), std::back_inserter(cells),
-                 [&](int cell) { return HasEdge(mesh_.corners(cell), a, b); });
     return cells;
   }
 

@@ -103,13 +103,6 @@ const CellFace* NearestFace(const Vec3d& p, const CellComplex& complex) {
   return nearest;
 }
 
-Vec3d MiddleOfCell(const CellCorners& corners, const std::vector<Vec3d>& at) {
-  const CellVertices vertices = VerticesOf(corners);
-  Vec3d middle;
-  for (const int32_t v : vertices) middle += at[v] / static_cast<double>(vertices.count);
-  return middle;
-}
-
 }  // namespace
 
 double DistanceToFace(const Vec3d& p, const CellFace& face, const std::vector<Vec3d>& vertices) {
@@ -127,6 +120,13 @@ bool Seat::IsIn(const CellFace& face) const {
   return std::all_of(corners.begin(), corners.end(), [&](int32_t v) { return HasVertex(face, v); });
 }
 
+Seat SeatInEdge(int32_t a, int32_t b, const WorkingMesh& whole, const CellLists& cells_at) {
+  Seat seat{SeatUse::kDivide, {}, {a, b}};
+  std::copy_if(cells_at[a].begin(), cells_at[a].end(), std::back_inserter(seat.cells),
+               [&](int cell) { return HasEdge(whole.corners(cell), a, b); });
+  return seat;
+}
+
 std::vector<Seat> SeatsAt(const Vec3d& p, const Vec3d& wanted, const CellComplex& complex,
                           const WorkingMesh& whole, const CellLists& cells_at) {
   const CellFace* const nearest = NearestFace(p, complex);
@@ -136,11 +136,7 @@ std::vector<Seat> SeatsAt(const Vec3d& p, const Vec3d& wanted, const CellComplex
   seats.push_back({SeatUse::kDivide, {whole.Owner(*nearest)}, corners});
   for (size_t j = 0; j < corners.size(); ++j) {
     const int32_t a = corners[j], b = corners[(j + 1) % corners.size()];
-    Seat seat{SeatUse::kDivide, {}, {a, b}};
-    for (const int cell : cells_at[a]) {
-      if (HasEdge(whole.corners(cell), a, b)) seat.cells.push_back(cell);
-    }
-    seats.push_back(std::move(seat));
+    seats.push_back(SeatInEdge(a, b, whole, cells_at));
   }
   const int32_t v = *std::min_element(corners.begin(), corners.end(), [&](int32_t a, int32_t b) {
     return Norm(complex.vertices[a] - p) < Norm(complex.vertices[b] - p);
@@ -165,7 +161,7 @@ std::vector<Seat> SeatsUnder(const Vec3d& p, const CellComplex& complex, const W
     const bool has_boundary = std::any_of(faces.begin(), faces.end(), [&](const CellFace& face) {
       return whole.Across(face) == WorkingMesh::kHull;
     });
-    return has_boundary && !hull.IsInside(MiddleOfCell(whole.corners(cell), whole.vertices()));
+    return has_boundary && !hull.IsInside(CellCentroid(whole.corners(cell), whole.vertices()));
   };
   for (const int32_t v : VerticesOf(whole.corners(whole.Owner(*nearest)))) {
     if (is_of_boundary(v)) continue;

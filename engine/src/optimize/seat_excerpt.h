@@ -35,6 +35,9 @@ struct Seat {
   bool IsIn(const CellFace& face) const;
 };
 
+// An edge, to be divided.
+Seat SeatInEdge(int32_t a, int32_t b, const WorkingMesh& whole, const CellLists& cells_at);
+
 // For a point of the boundary that should be at `wanted`: the nearest face and its edges, to be
 // divided, and last the nearest of its vertices: to be cut off with its cells where the boundary
 // should be farther in and these are few, to be refilled otherwise. None where there is no

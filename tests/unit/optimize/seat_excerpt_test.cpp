@@ -134,9 +134,7 @@ CellComplex GridWithStarOnTop(int length) {
   WorkingMesh mesh(grid);
   for (int x = 4; x < 4 + length; ++x) {
     for (int cell = 0; cell < mesh.cell_slots(); ++cell) {
-      const CellVertices corners = VerticesOf(mesh.corners(cell));
-      Vec3d middle;
-      for (const int32_t v : corners) middle += grid.vertices[v] / 8.0;
+      const Vec3d middle = CellCentroid(mesh.corners(cell), grid.vertices);
       if (Norm(middle - Vec3d{x + 0.5, 4.5, kStuddedSize.nz - 0.5}) < 1e-9) mesh.RemoveCell(cell);
     }
   }
