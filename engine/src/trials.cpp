@@ -34,7 +34,7 @@ struct TrialsBySize {
   double most_cells;
   int started;
 };
-constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {kLargeSolid, 2}};
+constexpr TrialsBySize kTrialsBySize[] = {{2e3, 12}, {4e3, 9}, {kLargeSolid, kFewTrials}};
 // One stage of every trial: step(input) for each of `inputs`, which it may consume.
 template <class Input, class Step>
 auto RunTrials(RunContext& run, Stage stage, std::vector<Input>& inputs, const Step& step) {

@@ -10,6 +10,7 @@
 #include "fields/face_links.h"
 #include "fields/phase_field.h"
 #include "fields/site_clusters.h"
+#include "fields/whole_lattice.h"
 #include "fixtures/solids.h"
 #include "input/sample_hull.h"
 #include "support/hull_of_mesh.h"
@@ -163,15 +164,32 @@ TEST(FieldSites, OfALatticeThatFitsNeedNoOtherTrial) {
   }
 }
 
-TEST(FieldSites, OfALatticeThatIsNotTornNeedNoSecondTrialAlone) {
+TEST(FieldSites, OfALatticeThatIsNotTornNeedNoFewTrialsMore) {
   const Hull box = HullOf(fixtures::MakeBox({6, 4, 3}, 0.5));
   // Without samples nobody can tell that it reaches the hull.
-  for (const int count : {2, 3}) {
+  for (const int count : {2, kFewTrials, kFewTrials + 1}) {
     RunContext run;
     const auto trials = PopulateFromFields(box, HullSamples{}, count, Backend::kCpu, run);
     ASSERT_TRUE(trials.ok());
-    EXPECT_EQ(trials->size(), count == 2 ? 1 : 3);
+    EXPECT_EQ(trials->size(), count <= kFewTrials ? 1 : count);
   }
+}
+
+TEST(FieldSites, OfTheThirdOfFewTrialsAreMadeWhereBothOthersAreTorn) {
+  std::set<size_t> counts;
+  for (const TriangleMesh& mesh : {fixtures::MakeCylinder(8, 16, 0.5), fixtures::MakeSphere(4, 0.5),
+                                   fixtures::MakeTorus(6, 3, 0.5), fixtures::MakeBracket(3, 0.5)}) {
+    const Hull hull = HullOf(mesh);
+    RunContext run;
+    const auto two = PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, run);
+    const auto few = PopulateFromFields(hull, HullSamples{}, kFewTrials, Backend::kCpu, run);
+    ASSERT_TRUE(two.ok() && few.ok());
+    if (two->size() < 2) continue;
+    const double least = std::min(ShareOfTornSites(two->front()), ShareOfTornSites(two->back()));
+    EXPECT_EQ(few->size(), least > 0.028 ? 3 : 2) << least;
+    counts.insert(few->size());
+  }
+  EXPECT_EQ(counts.size(), 2U) << "each is to be seen once at least";
 }
 
 TEST(FieldSites, OfALargeSolidsFirstTrialHaveOtherFramesThanOfOthers) {
