@@ -26,8 +26,9 @@ constexpr ImprovementRound kImprovementRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 
 constexpr size_t kFoldingRounds = 2;
 
 // Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
-// time.
+// time. What could not be filled so often, one after the other, hardly ever is a layer farther.
 constexpr int kMaxMends = 4;
+constexpr int kVainMends = 2;
 
 }  // namespace
 
@@ -68,10 +69,12 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     is_placed = complex.cells == before;
   }
   AMHEX_RETURN_IF_ERROR(place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
-  for (int layers = 0; layers < kMaxMends; ++layers) {
+  int in_vain = 0;
+  for (int layers = 0; layers < kMaxMends && in_vain < kVainMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended,
                            MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
+    in_vain = mended.resists ? in_vain + 1 : 0;
     if (mended.resists) continue;
     if (!mended.changed) break;
     AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
