@@ -59,41 +59,31 @@ struct TrialRecipe {
 };
 constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
-constexpr std::array<TrialRecipe, kMaxTrials> kTrialRecipes = {{{1.0, 1.0, kLightly},
-                                                                {1.0, 0.97, kFirmly},
-                                                                {1.0, 1.03, kLightly},
-                                                                {1.0, 0.97, kLightly},
-                                                                {1.06, 1.06, kLightly},
-                                                                {1.06, 1.03, kLightly},
-                                                                {0.94, 0.94, kLightly},
-                                                                {1.03, 1.03, kLightly},
-                                                                {1.03, 1.015, kLightly},
-                                                                {0.91, 0.91, kFirmly},
-                                                                {0.97, 0.97, kFirmly},
-                                                                {0.97, 0.985, kFirmly}}};
-
 // How far the hull's normals should reach into a solid, and how firmly its lattice should be
 // closed, differs from solid to solid: against the first recipe, these weights leave a fifth fewer
-// faces open in a hand or a coarse bunny and a sixth more in a fine bunny (docs/results.md). Solids
-// of more than 2,000 cells try them, large ones at first, others as the third and fourth.
+// faces open in a hand or a coarse bunny and a sixth more in a fine bunny (docs/results.md). Large
+// solids try them at first, others as the third and fourth.
 constexpr TrialRecipe WithFadingNormals(double grid, double sites, double hull_edge_weight) {
   return {grid, sites, hull_edge_weight, 600, 100, 0.7};
 }
-constexpr double kSmallSolid = 2e3;
-constexpr std::array<TrialRecipe, 2> kOfMedium = {WithFadingNormals(1.0, 0.97, kFirmly),
-                                                  WithFadingNormals(1.03, 0.97, kLightly)};
+constexpr std::array<TrialRecipe, kMaxTrials> kTrialRecipes = {
+    {{1.0, 1.0, kLightly},
+     {1.0, 0.97, kFirmly},
+     WithFadingNormals(1.0, 0.97, kFirmly),
+     WithFadingNormals(1.03, 0.97, kLightly),
+     {1.0, 1.03, kLightly},
+     {1.0, 0.97, kLightly},
+     {1.06, 1.06, kLightly},
+     {1.06, 1.03, kLightly},
+     {0.94, 0.94, kLightly},
+     {1.03, 1.03, kLightly},
+     {1.03, 1.015, kLightly},
+     {0.91, 0.91, kFirmly}}};
 constexpr TrialRecipe kOfLarge = WithFadingNormals(1.0, 1.0, kLightly);
 
 const TrialRecipe& RecipeOf(int trial, const Hull& hull) {
-  constexpr int kOfAll = 2;
-  constexpr int kMediumCount = static_cast<int>(kOfMedium.size());
-  if (hull.volume > kLargeSolid && trial < kOfAll) return trial == 0 ? kOfLarge : kTrialRecipes[0];
-  if (trial < kOfAll || hull.volume <= kSmallSolid) {
-    return kTrialRecipes[static_cast<size_t>(trial)];
-  }
-  const int further = trial - kOfAll;
-  if (further < kMediumCount) return kOfMedium[static_cast<size_t>(further)];
-  return kTrialRecipes[static_cast<size_t>(trial - kMediumCount)];
+  if (hull.volume <= kLargeSolid || trial > 1) return kTrialRecipes[static_cast<size_t>(trial)];
+  return trial == 0 ? kOfLarge : kTrialRecipes[0];
 }
 
 // Of a lattice that ends the trials, from the wanted number of cells.
