@@ -62,7 +62,9 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
   AMHEX_ASSIGN_OR_RETURN(ClosedTrials closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   SpareTrial spare;
-  if (plan.has_spare) spare = [&] { return AssembleSpare(hull, samples, plan, params, run); };
+  const bool has_made_usual = assembled.complexes.size() == static_cast<size_t>(plan.usual);
+  if (plan.has_spare && has_made_usual)
+    spare = [&] { return AssembleSpare(hull, samples, plan, params, run); };
   AMHEX_ASSIGN_OR_RETURN(
       const PlacedTrial placed,
       PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run, spare));

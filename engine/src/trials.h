@@ -17,17 +17,18 @@ namespace amhex {
 // How many trials take part in which step. Further ones do as long as they are little work, which
 // they are on solids that lattices fit.
 struct TrialPlan {
-  int started = 1;  // populated and assembled
+  int usual = 1;    // populated and assembled
+  int started = 1;  // as long as their lattices are torn
   int closed = 1;   // at least, unless fewer can be
-  // Whether another one is assembled where the only one turns out poor.
+  // Whether another one is assembled where the usual one, if it is the only one, turns out poor.
   bool has_spare = false;
 };
 
-// How many trials a run of about so many cells starts.
+// How many trials a run of about so many cells is expected to start.
 int CountOfTrials(double cell_count, const MeshingParams& params);
 
-// What `params` ask for or, with trial_count 0, the more the smaller the solid; of large ones one
-// and a spare. One only with starts other than the field start.
+// What `params` ask for or, with trial_count 0, the more the smaller the solid; of large ones two,
+// of which the second may be a spare. One only with starts other than the field start.
 TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params);
 
 struct AssembledTrials {
@@ -40,7 +41,7 @@ absl::StatusOr<AssembledTrials> AssembleTrials(const Hull& hull, const HullSampl
                                                const TrialPlan& plan, const MeshingParams& params,
                                                RunContext& run);
 
-// The trial after those that the plan starts, as part of the stage that runs.
+// The trial after the usual ones, as part of the stage that runs.
 absl::StatusOr<AssembledTrials> AssembleSpare(const Hull& hull, const HullSamples& samples,
                                               const TrialPlan& plan, const MeshingParams& params,
                                               RunContext& run);

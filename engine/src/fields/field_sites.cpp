@@ -96,6 +96,9 @@ constexpr double kHardlyTorn = 0.0055;
 // 25 such solids of 5,000 to 15,000 cells 15 have the mesh from it, with two points more of
 // hexahedra in the mean. Below that a third of them would be expected to gain a tenth as much.
 constexpr double kTorn = 0.028;
+// Of large solids the second one where the first is torn so: thin walls and struts all over, where
+// it has five to sixteen points more of hexahedra. Other shapes of 30,000 cells stay below this.
+constexpr double kLargeTorn = 0.035;
 
 // Ends of the steps on the stage's progress bar, by their measured cost.
 constexpr double kGridDone = 0.45;  // of the grid's fields
@@ -262,15 +265,17 @@ bool IsEnough(const Sites& sites, int trial_count, const Hull& hull, const HullS
 }
 
 // Whether a further one is worth its frames, where few are tried.
-bool AreTorn(const std::vector<Sites>& trials) {
+bool AreTorn(const std::vector<Sites>& trials, const Hull& hull) {
+  const double torn = hull.volume > kLargeSolid ? kLargeTorn : kTorn;
   return std::all_of(trials.begin(), trials.end(),
-                     [](const Sites& sites) { return fields::ShareOfTornSites(sites) > kTorn; });
+                     [torn](const Sites& sites) { return fields::ShareOfTornSites(sites) > torn; });
 }
 
-// Those from `first` on, below `count`.
+// Those from `first` on, below `counts.most`.
 absl::StatusOr<std::vector<Sites>> PopulateTrials(const Hull& hull, const HullSamples& samples,
-                                                  int first, int count, Backend backend,
-                                                  RunContext& run) {
+                                                  int first, const TrialCount& counts,
+                                                  Backend backend, RunContext& run) {
+  const int count = counts.most;
   AMHEX_ASSIGN_OR_RETURN(DeviceUse choice, DeviceUse::Choose(backend));
   DeviceUse* const device = choice.uses_device() ? &choice : nullptr;
   std::vector<Sites> trials;
@@ -313,7 +318,7 @@ absl::StatusOr<std::vector<Sites>> PopulateTrials(const Hull& hull, const HullSa
         trials.erase(trials.begin(), trials.end() - 1);
         break;
       }
-      if (count == kFewTrials && trial + 2 == count && !AreTorn(trials)) break;
+      if (trial + 1 < count && trial + 1 >= counts.usual && !AreTorn(trials, hull)) break;
     } else if (trial == first) {
       return sites.status();  // what fails as asked for is the user's to know
     }
@@ -326,15 +331,16 @@ absl::StatusOr<std::vector<Sites>> PopulateTrials(const Hull& hull, const HullSa
 }  // namespace
 
 absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
-                                                      int trial_count, Backend backend,
+                                                      const TrialCount& count, Backend backend,
                                                       RunContext& run) {
-  return PopulateTrials(hull, samples, 0, std::min(trial_count, kMaxTrials), backend, run);
+  return PopulateTrials(hull, samples, 0, {count.usual, std::min(count.most, kMaxTrials)}, backend,
+                        run);
 }
 
 absl::StatusOr<Sites> PopulateTrial(const Hull& hull, const HullSamples& samples, int trial,
                                     Backend backend, RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(std::vector<Sites> only,
-                         PopulateTrials(hull, samples, trial, trial + 1, backend, run));
+                         PopulateTrials(hull, samples, trial, {1, trial + 1}, backend, run));
   return std::move(only.front());
 }
 

@@ -23,6 +23,12 @@ inline constexpr int kFewTrials = 3;
 // (docs/performance.md).
 inline constexpr double kLargeSolid = 2e4;
 
+// How many lattices: `usual` at least, and up to `most` as long as all are torn (ShareOfTornSites).
+struct TrialCount {
+  int usual = 1;
+  int most = 1;
+};
+
 // One set of sites per trial, [1, kMaxTrials] of them, from an orientation field, an integrable
 // size field, a closed lattice form and a phase field on a background grid of spacing h / 2 (h = 1
 // in the normalised frame). The trials differ in density, within 9 % of what was asked for, in how
@@ -31,13 +37,13 @@ inline constexpr double kLargeSolid = 2e4;
 // lie inside; sizes are the wanted cell extents along the frames' axes; links name the faces to
 // glue. A lattice that fits its solid everywhere (whole_lattice.h) and has within 12 % of the
 // wanted number of cells ends the trials, and is the only one returned. Of no more than kFewTrials
-// so does one that is hardly torn, and the third is made where both others are torn.
+// so does one that is hardly torn.
 //
 // Errors: INVALID_ARGUMENT when the hull is too thin for a single node, RESOURCE_EXHAUSTED when
 // the grid would be too large, CANCELLED, DEADLINE_EXCEEDED. About 0.6 KB and 60 us per node (one
 // core), a third of that time again per further trial; eight nodes per cell.
 absl::StatusOr<std::vector<Sites>> PopulateFromFields(const Hull& hull, const HullSamples& samples,
-                                                      int trial_count, Backend backend,
+                                                      const TrialCount& count, Backend backend,
                                                       RunContext& run);
 
 // One of those trials, [0, kMaxTrials), alone.

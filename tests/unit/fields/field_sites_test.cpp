@@ -21,7 +21,7 @@ namespace {
 
 Sites SitesOf(const Hull& hull) {
   RunContext run;
-  auto sites = PopulateFromFields(hull, HullSamples{}, 1, Backend::kCpu, run);
+  auto sites = PopulateFromFields(hull, HullSamples{}, {1, 1}, Backend::kCpu, run);
   EXPECT_TRUE(sites.ok()) << sites.status().message();
   return sites.ok() ? std::move(sites->front()) : Sites{};
 }
@@ -114,7 +114,8 @@ TEST(FieldSites, AreTheSameBitsOnOneAndOnFourThreads) {
 TEST(FieldSites, OfSeveralTrialsDifferALittleInNumber) {
   const Hull hull = HullOf(fixtures::MakeSphere(4, 0.5));
   RunContext run;
-  const auto trials = PopulateFromFields(hull, HullSamples{}, kMaxTrials, Backend::kCpu, run);
+  const auto trials =
+      PopulateFromFields(hull, HullSamples{}, {kMaxTrials, kMaxTrials}, Backend::kCpu, run);
   ASSERT_TRUE(trials.ok()) << trials.status().message();
   ASSERT_EQ(trials->size(), static_cast<size_t>(kMaxTrials));
   std::set<int64_t> counts;
@@ -129,8 +130,8 @@ TEST(FieldSites, OfSeveralTrialsDifferALittleInNumber) {
 TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
   const Hull hull = HullOf(fixtures::MakeSphere(2, 0.5));
   RunContext run;
-  const auto one = PopulateFromFields(hull, HullSamples{}, 1, Backend::kCpu, run);
-  const auto many = PopulateFromFields(hull, HullSamples{}, 4, Backend::kCpu, run);
+  const auto one = PopulateFromFields(hull, HullSamples{}, {1, 1}, Backend::kCpu, run);
+  const auto many = PopulateFromFields(hull, HullSamples{}, {4, 4}, Backend::kCpu, run);
   ASSERT_TRUE(one.ok() && many.ok());
   ASSERT_EQ(one->front().count(), many->front().count());
   for (int64_t i = 0; i < one->front().count(); ++i) {
@@ -141,7 +142,7 @@ TEST(FieldSites, OfTheFirstTrialAreThoseOfASingleOne) {
 TEST(FieldSites, OfOneTrialAloneAreThoseItHasAmongOthers) {
   const Hull hull = HullOf(fixtures::MakeSphere(2, 0.5));
   RunContext run;
-  const auto all = PopulateFromFields(hull, HullSamples{}, 5, Backend::kCpu, run);
+  const auto all = PopulateFromFields(hull, HullSamples{}, {5, 5}, Backend::kCpu, run);
   ASSERT_TRUE(all.ok());
   for (const int trial : {0, 1, 4}) {
     const auto alone = PopulateTrial(hull, HullSamples{}, trial, Backend::kCpu, run);
@@ -158,7 +159,7 @@ TEST(FieldSites, OfALatticeThatFitsNeedNoOtherTrial) {
     RunContext run;
     const auto samples = SampleHull(*hull, Backend::kCpu, run);
     ASSERT_TRUE(samples.ok());
-    const auto trials = PopulateFromFields(*hull, *samples, 3, Backend::kCpu, run);
+    const auto trials = PopulateFromFields(*hull, *samples, {3, 3}, Backend::kCpu, run);
     ASSERT_TRUE(trials.ok());
     EXPECT_EQ(trials->size(), hull == &box ? 1 : 3);
   }
@@ -169,7 +170,7 @@ TEST(FieldSites, OfALatticeThatIsNotTornNeedNoFewTrialsMore) {
   // Without samples nobody can tell that it reaches the hull.
   for (const int count : {2, kFewTrials, kFewTrials + 1}) {
     RunContext run;
-    const auto trials = PopulateFromFields(box, HullSamples{}, count, Backend::kCpu, run);
+    const auto trials = PopulateFromFields(box, HullSamples{}, {count, count}, Backend::kCpu, run);
     ASSERT_TRUE(trials.ok());
     EXPECT_EQ(trials->size(), count <= kFewTrials ? 1 : count);
   }
@@ -181,8 +182,8 @@ TEST(FieldSites, OfTheThirdOfFewTrialsAreMadeWhereBothOthersAreTorn) {
                                    fixtures::MakeTorus(6, 3, 0.5), fixtures::MakeBracket(3, 0.5)}) {
     const Hull hull = HullOf(mesh);
     RunContext run;
-    const auto two = PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, run);
-    const auto few = PopulateFromFields(hull, HullSamples{}, kFewTrials, Backend::kCpu, run);
+    const auto two = PopulateFromFields(hull, HullSamples{}, {2, 2}, Backend::kCpu, run);
+    const auto few = PopulateFromFields(hull, HullSamples{}, {2, kFewTrials}, Backend::kCpu, run);
     ASSERT_TRUE(two.ok() && few.ok());
     if (two->size() < 2) continue;
     const double least = std::min(ShareOfTornSites(two->front()), ShareOfTornSites(two->back()));
@@ -192,13 +193,29 @@ TEST(FieldSites, OfTheThirdOfFewTrialsAreMadeWhereBothOthersAreTorn) {
   EXPECT_EQ(counts.size(), 2U) << "each is to be seen once at least";
 }
 
+TEST(FieldSites, OfTheSecondTrialOfALargeSolidAreMadeWhereTheFirstIsTorn) {
+  std::set<size_t> counts;
+  for (const TriangleMesh& mesh :
+       {fixtures::MakeCylinder(8, 16, 0.5), fixtures::MakeTorus(5, 2.3, 0.5)}) {
+    Hull large = HullOf(mesh);
+    large.volume = 2 * kLargeSolid;  // all that is asked
+    RunContext run;
+    const auto trials = PopulateFromFields(large, HullSamples{}, {1, 2}, Backend::kCpu, run);
+    ASSERT_TRUE(trials.ok());
+    const double torn = ShareOfTornSites(trials->front());
+    EXPECT_EQ(trials->size(), torn > 0.035 ? 2 : 1) << torn;
+    counts.insert(trials->size());
+  }
+  EXPECT_EQ(counts.size(), 2U) << "each is to be seen once at least";
+}
+
 TEST(FieldSites, OfALargeSolidsFirstTrialHaveOtherFramesThanOfOthers) {
   const Hull small = HullOf(fixtures::MakeSphere(4, 0.5));
   Hull large = small;
   large.volume = 2 * kLargeSolid;  // all that is asked
   RunContext run;
-  const auto usual = PopulateFromFields(small, HullSamples{}, 2, Backend::kCpu, run);
-  const auto other = PopulateFromFields(large, HullSamples{}, 2, Backend::kCpu, run);
+  const auto usual = PopulateFromFields(small, HullSamples{}, {2, 2}, Backend::kCpu, run);
+  const auto other = PopulateFromFields(large, HullSamples{}, {2, 2}, Backend::kCpu, run);
   ASSERT_TRUE(usual.ok() && other.ok());
   ASSERT_EQ(other->size(), 2U);
   EXPECT_TRUE(usual->front().position == other->back().position);
@@ -219,14 +236,14 @@ TEST(FieldSites, ReportRisingProgressAndStopWhenAsked) {
     EXPECT_LE(progress.stage_fraction, 1);
     last = progress.stage_fraction;
   };
-  ASSERT_TRUE(PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, run).ok());
+  ASSERT_TRUE(PopulateFromFields(hull, HullSamples{}, {2, 2}, Backend::kCpu, run).ok());
   EXPECT_EQ(last, 1);
 
   RunContext stopped;
   stopped.on_progress = [&](const Progress& progress) {
     if (progress.stage_fraction > 0.3) stopped.RequestStop();
   };
-  const auto sites = PopulateFromFields(hull, HullSamples{}, 2, Backend::kCpu, stopped);
+  const auto sites = PopulateFromFields(hull, HullSamples{}, {2, 2}, Backend::kCpu, stopped);
   EXPECT_EQ(sites.status().code(), absl::StatusCode::kCancelled);
 }
 

@@ -27,7 +27,8 @@ TEST(PlanTrials, TriesMoreOnSmallerSolids) {
   EXPECT_GT(small, medium);
   EXPECT_GT(medium, 1);
   for (const double large : {5e4, 1e6}) {
-    EXPECT_EQ(PlanTrials(OfVolume(large), params).started, 1);
+    EXPECT_EQ(PlanTrials(OfVolume(large), params).usual, 1);
+    EXPECT_EQ(CountOfTrials(large, params), 1);
   }
 }
 
@@ -38,6 +39,31 @@ TEST(PlanTrials, ClosesOneOfFewButMoreOfSmallSolids) {
     EXPECT_EQ(plan.closed, 1);
   }
   EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 2);
+}
+
+TEST(PlanTrials, StartsTheLastOfFewWhereTheOthersAreTornOnly) {
+  MeshingParams params;
+  for (const double volume : {1e4, 5e4}) {
+    const TrialPlan plan = PlanTrials(OfVolume(volume), params);
+    EXPECT_EQ(plan.usual, plan.started - 1);
+  }
+  for (const int asked : {1, 2, 12}) {
+    params.sizing.trial_count = asked;
+    const TrialPlan plan = PlanTrials(OfVolume(1e4), params);
+    EXPECT_EQ(plan.usual, plan.started);
+  }
+}
+
+TEST(PlanTrials, IsTheSameForTheNumberThatItStandsFor) {
+  for (const double volume : {1e3, 3e3, 1e4, 5e4}) {
+    MeshingParams params;
+    const TrialPlan usual = PlanTrials(OfVolume(volume), params);
+    params.sizing.trial_count = usual.started;
+    const TrialPlan asked = PlanTrials(OfVolume(volume), params);
+    EXPECT_EQ(asked.usual, usual.usual);
+    EXPECT_EQ(asked.started, usual.started);
+    EXPECT_EQ(asked.has_spare, usual.has_spare);
+  }
 }
 
 TEST(PlanTrials, HasASpareWhereOneIsTheDefault) {

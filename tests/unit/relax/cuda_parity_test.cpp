@@ -168,9 +168,9 @@ TEST(CudaParityOfFields, GivesTheSameSitesAsTheCpu) {
   RunContext run;
   MeshingParams params;
   params.run.backend = Backend::kCpu;
-  const auto cpu = PopulateFromFields(hull, SamplesOf(hull), 2, params.run.backend, run);
+  const auto cpu = PopulateFromFields(hull, SamplesOf(hull), {2, 2}, params.run.backend, run);
   params.run.backend = Backend::kCuda;
-  const auto cuda = PopulateFromFields(hull, SamplesOf(hull), 2, params.run.backend, run);
+  const auto cuda = PopulateFromFields(hull, SamplesOf(hull), {2, 2}, params.run.backend, run);
   ASSERT_TRUE(cpu.ok()) << cpu.status();
   ASSERT_TRUE(cuda.ok()) << cuda.status();
   ASSERT_EQ(cpu->size(), cuda->size());
