@@ -135,9 +135,13 @@ class Turns {
     }
     const int64_t others = CountOthers(complex);
     if (static_cast<double>(others) >= best.MostOthers()) return std::optional<PlacedCandidate>();
-    AMHEX_ASSIGN_OR_RETURN(complex, ImproveMesh(std::move(complex), with_, run));
-    const PlacedLoss loss = LossOf(complex, with_, kMendableMinimum, StopPoll(run));
-    return std::optional<PlacedCandidate>({assembly, std::move(complex), others, false, loss});
+    AMHEX_ASSIGN_OR_RETURN(ImprovedMesh improved, ImproveMesh(std::move(complex), with_, run));
+    const PlacedLoss loss = LossOf(improved.complex, with_, kMendableMinimum, StopPoll(run));
+    return std::optional<PlacedCandidate>({.assembly = assembly,
+                                           .complex = std::move(improved.complex),
+                                           .closed_others = others,
+                                           .is_defective = improved.is_defective,
+                                           .loss = loss});
   }
 
   // Whether there is one; what failed is no worse than not to have it.
@@ -173,44 +177,76 @@ absl::StatusOr<CellComplex> FillFirstAnew(const Turns& turns, const std::vector<
   return std::move(last->complex);
 }
 
+// What the turns come to.
+class Choice {
+ public:
+  Choice(const Turns& turns, const Improvement& with, RunContext& run)
+      : turns_(turns), with_(with), run_(run), has_choice_(turns.Count(kLeastChoice) > 1) {}
+
+  // Refills what had turn `i`. True where no other one is needed.
+  absl::StatusOr<bool> Refill(PlacedCandidate next, size_t i) {
+    AMHEX_ASSIGN_OR_RETURN(RefilledTrial refilled,
+                           RefillTrial(next.complex, next.is_followed, with_, run_));
+    if (!refilled.is_valid) {
+      broken_.push_back(next.assembly);
+      return false;
+    }
+    next.complex = std::move(refilled.complex);
+    next.loss = {};
+    if (has_choice_) next.loss = LossOf(next.complex, with_, kGoodMinimum, StopPoll(run_));
+    const double minimum = SummarizeQuality(next.complex, StopPoll(run_)).minimum;
+    if (minimum < kGoodMinimum) next.loss.minimum += kLossOfPoor;
+    const bool is_near_enough =
+        next.loss.distance == 0 || with_.features.points_scatter() || i + 1 >= kLeastChoice ||
+        (refilled.is_far_in_many_places && next.loss.distance < kLittleDistance);
+    // More is asked where another one is at hand.
+    const double least = with_.params.assembly.min_quality;
+    const double wanted = turns_.IsAssembled(i + 1) ? std::max(least, kGoodMinimum) : least;
+    const bool is_good =
+        next.loss.lost == 0 && next.loss.handles == 0 && is_near_enough && minimum >= wanted;
+    best_.Update(std::move(next));
+    return is_good;
+  }
+
+  const Best& best() const { return best_; }
+  const std::vector<size_t>& broken() const { return broken_; }
+  CellComplex Take() { return *std::move(best_.complex); }
+
+ private:
+  const Turns& turns_;
+  const Improvement& with_;
+  RunContext& run_;
+  const bool has_choice_;
+  Best best_;
+  std::vector<size_t> broken_;  // assemblies whose filling has broken the law
+};
+
 absl::StatusOr<PlacedTrial> BestOf(const std::vector<CellComplex>& assemblies, ClosedTrials trials,
                                    const SpareTrial& spare, const Improvement& with,
                                    RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(PlacedCandidates placed, PlaceCandidates(trials.closed, with, run));
   Turns turns(assemblies, std::move(trials), std::move(placed), spare, with);
-  const bool has_choice = turns.Count(kLeastChoice) > 1;
-  const bool points_scatter = with.features.points_scatter();
-  Best best;
-  std::vector<size_t> broken;
-  for (size_t i = 0; i < turns.Count(best.is_whole() ? kLeastChoice : kLeastChoiceOfLost); ++i) {
-    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, best, run));
+  Choice choice(turns, with, run);
+  // Few of these become valid: refilled where nothing else is.
+  std::vector<PlacedCandidate> defective;
+  bool is_good = false;
+  for (size_t i = 0;
+       !is_good && i < turns.Count(choice.best().is_whole() ? kLeastChoice : kLeastChoiceOfLost);
+       ++i) {
+    AMHEX_ASSIGN_OR_RETURN(std::optional<PlacedCandidate> next, turns.Take(i, choice.best(), run));
     if (!next.has_value()) continue;
-    AMHEX_ASSIGN_OR_RETURN(RefilledTrial refilled,
-                           RefillTrial(next->complex, next->is_followed, with, run));
-    if (!refilled.is_valid) {
-      broken.push_back(next->assembly);
+    if (next->is_defective) {
+      defective.push_back(*std::move(next));
       continue;
     }
-    next->complex = std::move(refilled.complex);
-    next->loss = {};
-    if (has_choice) next->loss = LossOf(next->complex, with, kGoodMinimum, StopPoll(run));
-    const double minimum = SummarizeQuality(next->complex, StopPoll(run)).minimum;
-    if (minimum < kGoodMinimum) next->loss.minimum += kLossOfPoor;
-    const bool is_near_enough =
-        next->loss.distance == 0 || points_scatter || i + 1 >= kLeastChoice ||
-        (refilled.is_far_in_many_places && next->loss.distance < kLittleDistance);
-    // More is asked where another one is at hand.
-    const double least = with.params.assembly.min_quality;
-    const double wanted = turns.IsAssembled(i + 1) ? std::max(least, kGoodMinimum) : least;
-    const bool is_good =
-        next->loss.lost == 0 && next->loss.handles == 0 && is_near_enough && minimum >= wanted;
-    best.Update(*std::move(next));
-    if (is_good) break;
+    AMHEX_ASSIGN_OR_RETURN(is_good, choice.Refill(*std::move(next), i));
   }
-  if (!best.complex.has_value()) {
-    AMHEX_ASSIGN_OR_RETURN(best.complex, FillFirstAnew(turns, broken, with, run));
+  for (size_t i = 0; i < defective.size() && !choice.best().complex.has_value(); ++i) {
+    AMHEX_RETURN_IF_ERROR(choice.Refill(std::move(defective[i]), kLeastChoice).status());
   }
-  return PlacedTrial{*std::move(best.complex), turns.device_notes()};
+  if (choice.best().complex.has_value()) return PlacedTrial{choice.Take(), turns.device_notes()};
+  AMHEX_ASSIGN_OR_RETURN(CellComplex filled, FillFirstAnew(turns, choice.broken(), with, run));
+  return PlacedTrial{std::move(filled), turns.device_notes()};
 }
 
 }  // namespace

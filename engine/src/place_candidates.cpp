@@ -82,9 +82,12 @@ absl::StatusOr<PlacedCandidates> PlaceCandidates(std::vector<ClosedTrial>& close
   for (size_t i = 0; i < closed.size(); ++i) {
     SetPart(i, closed.size(), run);
     const int64_t closed_others = CountOthers(closed[i].complex);
-    AMHEX_ASSIGN_OR_RETURN(CellComplex complex,
+    AMHEX_ASSIGN_OR_RETURN(ImprovedMesh improved,
                            ImproveMesh(std::move(closed[i].complex), with, run));
-    placed.push_back({closed[i].assembly, std::move(complex), closed_others, false, {}});
+    placed.push_back({.assembly = closed[i].assembly,
+                      .complex = std::move(improved.complex),
+                      .closed_others = closed_others,
+                      .is_defective = improved.is_defective});
     const int64_t own_others = CountOthers(placed.back().complex);
     const int64_t next_others =
         i + 1 < closed.size() ? CountOthers(closed[i + 1].complex) : int64_t{0};

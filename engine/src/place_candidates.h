@@ -29,8 +29,9 @@ struct PlacedCandidate {
   size_t assembly = 0;
   CellComplex complex;
   int64_t closed_others = 0;  // cells that were no hexahedra before it was placed
+  bool is_defective = false;  // ImprovedMesh
   bool is_followed = false;   // its boundary is drawn to the hull
-  PlacedLoss loss;            // where there is a choice
+  PlacedLoss loss = {};       // where there is a choice
 };
 
 int64_t CountOthers(const CellComplex& complex);

@@ -82,8 +82,8 @@ absl::StatusOr<RefilledTrial> FillAnew(const CellComplex& assembled, const Impro
       if (!last.ok()) last = closed.status();
       continue;
     }
-    AMHEX_ASSIGN_OR_RETURN(CellComplex placed, ImproveMesh(*std::move(closed), with, run));
-    AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(placed, false, with, run));
+    AMHEX_ASSIGN_OR_RETURN(const ImprovedMesh placed, ImproveMesh(*std::move(closed), with, run));
+    AMHEX_ASSIGN_OR_RETURN(last, RefillTrial(placed.complex, false, with, run));
   }
   return last;
 }

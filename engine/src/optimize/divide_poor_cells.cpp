@@ -26,6 +26,8 @@ namespace {
 
 // A mesh that is poor all over gains little by each.
 constexpr int kMostCells = 6;
+// The poorest come first: where so many in a row stay as they are, so does the mesh's minimum.
+constexpr int kMostInVain = 2;
 // Of the best ways, as many are put in as it takes for one to fit.
 constexpr size_t kMostWaysPutIn = 3;
 
@@ -162,13 +164,15 @@ absl::StatusOr<CellComplex> DividePoorCells(CellComplex complex, const RefillWit
   if (SummarizeQuality(complex, StopPoll(with.run)).minimum >= kPoor) return complex;
   std::set<VertexKey> tried;
   std::optional<Divider> divider;
-  for (int i = 0; i < kMostCells; ++i) {
+  int in_vain = 0;
+  for (int i = 0; i < kMostCells && in_vain < kMostInVain; ++i) {
     AMHEX_RETURN_IF_ERROR(with.run.CheckStop());
     if (!divider.has_value()) divider.emplace(complex, with);
     const int poorest = divider->PoorestBut(tried);
     if (poorest < 0) break;
     tried.insert(divider->KeyOf(poorest));
     std::optional<CellComplex> changed = divider->Changed(poorest);
+    in_vain = changed.has_value() ? 0 : in_vain + 1;
     if (!changed.has_value()) continue;
     complex = *std::move(changed);
     divider.reset();

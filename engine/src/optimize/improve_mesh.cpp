@@ -32,8 +32,8 @@ constexpr int kVainMends = 2;
 
 }  // namespace
 
-absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
-                                        RunContext& run) {
+absl::StatusOr<ImprovedMesh> ImproveMesh(CellComplex complex, const Improvement& with,
+                                         RunContext& run) {
   // Between changes of the cells only what has changed since the last time is worth a look.
   CellComplex settled, peeled;
   const auto place = [&](PlacementEffort effort) -> absl::Status {
@@ -69,17 +69,17 @@ absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& 
     is_placed = complex.cells == before;
   }
   AMHEX_RETURN_IF_ERROR(place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
+  bool is_sound = false;
   int in_vain = 0;
-  for (int layers = 0; layers < kMaxMends && in_vain < kVainMends; ++layers) {
+  for (int layers = 0; layers < kMaxMends && !is_sound && in_vain < kVainMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended,
                            MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
     in_vain = mended.resists ? in_vain + 1 : 0;
-    if (mended.resists) continue;
-    if (!mended.changed) break;
-    AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
+    is_sound = !mended.resists && !mended.changed;
+    if (mended.changed) AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
   }
-  return complex;
+  return ImprovedMesh{std::move(complex), !is_sound};
 }
 
 }  // namespace amhex

@@ -20,11 +20,16 @@ struct Improvement {
   DeviceUse* device = nullptr;  // where vertices are placed; null: on the CPU
 };
 
+struct ImprovedMesh {
+  CellComplex complex;
+  bool is_defective = false;  // its boundary touches or crosses itself, or may do so
+};
+
 // Alternates PlaceVertices (geometry) with PeelStars, JoinStars and RepairCells (topology) until
 // nothing is replaced or a bound on the rounds is reached. What is still poor then is for
 // RefillPlaces. The complex must be closed and stays so.
 // Errors: CANCELLED, DEADLINE_EXCEEDED, and those of RunOnCuda.
-absl::StatusOr<CellComplex> ImproveMesh(CellComplex complex, const Improvement& with,
-                                        RunContext& run);
+absl::StatusOr<ImprovedMesh> ImproveMesh(CellComplex complex, const Improvement& with,
+                                         RunContext& run);
 
 }  // namespace amhex
