@@ -63,8 +63,9 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   SpareTrial spare;
   const bool has_made_usual = assembled.complexes.size() == static_cast<size_t>(plan.usual);
-  if (plan.has_spare && has_made_usual)
+  if (plan.has_spare && has_made_usual) {
     spare = [&] { return AssembleSpare(hull, samples, plan, params, run); };
+  }
   AMHEX_ASSIGN_OR_RETURN(
       const PlacedTrial placed,
       PlaceBestTrial(assembled.complexes, std::move(closed), hull, params, run, spare));

@@ -59,6 +59,7 @@ struct TrialRecipe {
 };
 constexpr double kFirmly = fields::LatticeSettings().hull_edge_weight;
 constexpr double kLightly = 30;
+
 // How far the hull's normals should reach into a solid, and how firmly its lattice should be
 // closed, differs from solid to solid: against the first recipe, these weights leave a fifth fewer
 // faces open in a hand or a coarse bunny and a sixth more in a fine bunny (docs/results.md). Large
