@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
+#include <vector>
 
 #include "amhex/mesher.h"
 #include "fixtures/solids.h"
@@ -54,6 +58,35 @@ TEST(Gaps, RoundBodiesBesideEachOtherAreNotGlued) {
     EXPECT_EQ(result->statistics.boundary_component_count, 2);
     EXPECT_EQ(result->statistics.genus, 0);
   }
+}
+
+// A pocket between two walls that meet and a round post, 0.77 along either wall and 5 high, as a
+// cavity of its own; the post bulges into it.
+TriangleMesh PocketBesidePost() {
+  constexpr double kLeg = 0.77, kAxis = 1.9, kHeight = 5;
+  constexpr int kSteps = 8;
+  std::vector<std::array<double, 2>> outline = {{0, 0}};
+  std::vector<std::array<int, 3>> inside;
+  const double radius = std::hypot(kAxis - kLeg, kAxis);
+  // From where the post meets the one wall to where it meets the other.
+  const double half = std::numbers::pi / 4 - std::asin((kAxis - kLeg) / radius);
+  for (int i = 0; i <= kSteps; ++i) {
+    const double angle = 1.25 * std::numbers::pi + half * (1 - 2.0 * i / kSteps);
+    outline.push_back({kAxis + radius * std::cos(angle), kAxis + radius * std::sin(angle)});
+    if (i > 0) inside.push_back({0, i, i + 1});
+  }
+  return fixtures::MakeExtruded(outline, inside, kHeight);
+}
+
+TEST(Gaps, APocketBetweenAWallAndAPostStaysOpen) {
+  const TriangleMesh block = fixtures::MakeBox({8, 8, 8}, 1);
+  const TriangleMesh pocket = fixtures::Translated(PocketBesidePost(), {1.3, 1.5, 1.3});
+  const auto result = MeshWithEdgesOfOne(fixtures::Joined(block, fixtures::Flipped(pocket)));
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+  EXPECT_EQ(result->statistics.boundary_component_count, 2);
+  EXPECT_EQ(result->statistics.genus, 0);
+  EXPECT_THAT(result->warnings, IsEmpty());
 }
 
 // A block 5 x 4 x 6 with a slot 4 deep through it, between its two halves.

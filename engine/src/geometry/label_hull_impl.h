@@ -65,12 +65,16 @@ struct ProjectHullVertexBody {
     const int cube = face_of[v] / 6, direction = face_of[v] % 6;
     const Vec3d normal = cubes.FaceNormal(cube, direction);
     const Vec3d place = vertices[v];
+    const double extent = 2 * cubes.half_extent[cube][direction / 2];
     const HullPoint nearest = hull.Closest(place);
-    vertices[v] = nearest.point;
-    if (Dot(nearest.normal, normal) > OwnSideOfGap::kOtherSide) return;
-    const HullPoint own =
-        OwnSideOfGap::ClosestTo(hull, place, normal, 2 * cubes.half_extent[cube][direction / 2]);
-    if (own.triangle >= 0) vertices[v] = own.point;
+    HullPoint own;
+    if (Dot(nearest.normal, normal) <= OwnSideOfGap::kOtherSide) {
+      own = OwnSideOfGap::ClosestTo(hull, place, normal, extent);
+    }
+    if (own.triangle < 0) {
+      own = OwnSideOfGap::OnTheWay(hull, cubes.centre[cube], nearest, extent);
+    }
+    vertices[v] = own.triangle >= 0 ? own.point : nearest.point;
   }
 };
 

@@ -15,6 +15,9 @@ struct OwnSideOfGap {
   static constexpr double kMinNormalCosine = 0.5;
   // A side that looks against a face (cosine) is not its own.
   static constexpr double kOtherSide = -0.5;
+  // How far a place beyond a gap is from where the way to it leaves the solid, at least, in extents
+  // of the cube.
+  static constexpr double kLeastGap = 0.15;
 
   // The point of the hull's side that looks along `normal`, if it is as near as that.
   AMHEX_HD static HullPoint ClosestTo(const HullView& hull, const Vec3d& place, const Vec3d& normal,
@@ -25,6 +28,20 @@ struct OwnSideOfGap {
     own.distance = Norm(own.point - place);
     // Not where that side ends beside the place.
     return own.distance <= depth ? own : HullPoint{};
+  }
+
+  // Where the way from `within` the solid to a point of the hull leaves the solid before it comes
+  // there, if that is a side that looks against the point's: of a pocket between a wall and a post
+  // the other side need not look against a cube's face.
+  AMHEX_HD static HullPoint OnTheWay(const HullView& hull, const Vec3d& within,
+                                     const HullPoint& point, double extent) {
+    const Vec3d way = point.point - within;
+    const double length = Norm(way), farthest = length - kLeastGap * extent;
+    if (!(farthest > 0)) return {};
+    const double exit = hull.ExitDistance(within, way / length, 0, farthest);
+    if (exit < 0) return {};
+    const HullPoint own = hull.Closest(within + way * (exit / length));
+    return Dot(own.normal, point.normal) <= kOtherSide ? own : HullPoint{};
   }
 };
 

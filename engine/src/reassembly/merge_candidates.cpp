@@ -92,7 +92,10 @@ class AtomFinder {
     return std::find(wall_.begin(), wall_.end(), face) != wall_.end();
   }
 
-  // The face itself if it is an atom's, else the two triangles of the diagonal that has atoms.
+  bool IsOnHull(HalfFaceId face) const { return table_.on_hull[static_cast<size_t>(face)] != 0; }
+
+  // The face itself if it is an atom's, else the two triangles of the diagonal that has atoms. A
+  // flat atom has either diagonal, one on each side: a quad on the hull is the outer one.
   bool AddWall(HalfFaceId face) {
     if (owner_[static_cast<size_t>(face)] >= 0) {
       wall_.push_back(face);
@@ -100,12 +103,14 @@ class AtomFinder {
     }
     const CellFace quad = table_.faces.half_face(face);
     if (quad.count != 4) return false;
+    const bool is_on_hull = IsOnHull(face);
     for (int i = 0; i < 2; ++i) {
       const auto at = [&](int k) { return quad.v[(i + k) % 4]; };
       const HalfFaceId one = table_.faces.Find({3, {at(0), at(1), at(2), -1}});
       const HalfFaceId two = table_.faces.Find({3, {at(0), at(2), at(3), -1}});
       if (one == kNoHalfFace || two == kNoHalfFace) continue;
       if (owner_[static_cast<size_t>(one)] < 0 || owner_[static_cast<size_t>(two)] < 0) continue;
+      if (is_on_hull && !(IsOnHull(one) && IsOnHull(two))) continue;
       wall_.push_back(one);
       wall_.push_back(two);
       return true;

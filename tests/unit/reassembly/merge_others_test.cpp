@@ -99,6 +99,18 @@ TEST(MergeOthers, MergesOverAFlatRoofAndAlongNoCrease) {
   EXPECT_EQ(Merged(Roof(25), 25).cells, Roof(25).cells) << "where flatter creases are kept, too";
 }
 
+TEST(MergeOthers, TakesTheSliverOnARoofAlong) {
+  // The roof folds down along one diagonal, and the sliver on it folds up along the other one.
+  CellComplex complex = Roof(-20);
+  complex.cells.push_back({4, 5, 5, 6, 7, 7, 7, 7});
+  ListHullFaces(complex);
+  ASSERT_TRUE(WorkingMesh(complex).OpenFaces().empty());
+  const CellComplex merged = Merged(complex);
+  EXPECT_TRUE(WorkingMesh(merged).OpenFaces().empty());
+  EXPECT_EQ(merged.cells.size(), 1U);
+  EXPECT_EQ(CountHexahedra(merged), 1);
+}
+
 TEST(MergeOthers, LeavesAComplexOfHexahedraAsItIs) {
   const CellComplex grid = GridComplex({3, 2, 2});
   const CellComplex merged = Merged(grid);
