@@ -18,11 +18,10 @@ struct FillStep {
   int max_cells_per_face;  // of a Delaunay filling around one cavity; 0: none
 };
 constexpr FillStep kFillSteps[] = {{{0.15, 4.0, 4}, 0}, {{0.03, 14.0, 7}, 8}};
-// Carving ends after so many parts looked at, and so many per cell that the solid holds, some 1.5
-// ms of one core. Of 18 solids with pockets, feather edges or limbs of few cells none came to
-// another mesh with four times as many; with 40 per cell a gyroid lost 1.5 % of its hexahedra.
+// Carving ends after so many parts looked at, and so many per cell that the solid holds, some 5 ms
+// of one core; a solid that its cells fit needs a tenth of that.
 constexpr int64_t kCarvedParts = 50'000;
-constexpr double kCarvedPartsPerCell = 100;
+constexpr double kCarvedPartsPerCell = 400;
 // What is opened again later may cost as much, and so much per open face: of 56 refilled places,
 // the better ones took at most 520 parts per open face, but for one of 1,100.
 constexpr int64_t kPartsOfOpening = 10'000;
@@ -37,8 +36,10 @@ constexpr double kOthersReach = 0.75;
 constexpr double kMostClearedVolume = 2.0;
 // What one of these may cost in carving, per face that it opens.
 constexpr int64_t kPartsPerClearedFace = 2000;
-// And all of them together, where the mesh is opened again later; else as much as carving.
-constexpr int64_t kPartsToClearWhenMending = 100'000;
+// And all of them together: so many times what carving may cost; less where the mesh is opened
+// again later.
+constexpr int64_t kClearings = 4;
+constexpr int64_t kPartsToClearWhenMending = 500'000;
 // Only then, and first around each cavity, later over the whole mesh, is it filled by Delaunay.
 constexpr int kWholeMeshAttempt = 2;
 // Each attempt of the last resort removes one more layer of cells around what resisted.
@@ -61,7 +62,7 @@ CavityFiller::CavityFiller(const CellComplex& complex, const Hull& hull, uint64_
       run_(run),
       mesh_(complex, StopPoll(run)),
       most_carved_parts_(kCarvedParts + static_cast<int64_t>(hull.volume * kCarvedPartsPerCell)),
-      parts_to_clear_(most_carved_parts_) {}
+      parts_to_clear_(kClearings * most_carved_parts_) {}
 
 void CavityFiller::Watch(RunContext* watched) {
   watched_ = watched;

@@ -17,9 +17,10 @@
 namespace amhex {
 namespace {
 
-// Boundary defects are opened and filled anew, each time that they come again a layer farther,
-// until that is in vain.
+// Boundary defects are opened and filled anew, each time that they come again a layer farther.
 constexpr int kDefectAttempts = 6;
+// What could not be filled so often, one after the other, hardly ever is a layer farther.
+constexpr int kVainAttempts = 2;
 // Rounds of refilling have seeds of their own, beyond those of closing.
 constexpr int kRefillRound = 2 * kDefectAttempts;
 // Seeds of one attempt are counted up from its own base.
@@ -51,8 +52,9 @@ class Closer {
     if (!closing.may_fail) filler_.FillByTetrahedra(0);
     AMHEX_RETURN_IF_ERROR(CheckOthers(closing));
     std::optional<WorkingMesh> with_far_faces;
-    bool is_in_vain = false;
-    for (int attempt = 1; attempt <= kDefectAttempts && !is_in_vain; ++attempt) {
+    const int most_in_vain = closing.may_fail ? 1 : kVainAttempts;
+    int in_vain = 0;
+    for (int attempt = 1; attempt <= kDefectAttempts && in_vain < most_in_vain; ++attempt) {
       if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
       if (mesh_.HasOpenFaces()) break;
       BoundaryDefects defects = FindBoundaryDefects(mesh_, hull_, StopPoll(run_));
@@ -64,7 +66,8 @@ class Closer {
       }
       if (defects.vertices.empty()) break;
       if (!with_far_faces.has_value() && defects.are_just_far) with_far_faces = mesh_;
-      is_in_vain = !FillOpened(defects, 0, attempt);
+      in_vain = FillOpened(defects, 0, attempt) ? 0 : in_vain + 1;
+      if (in_vain > 0 && defects.are_just_far) break;
     }
     if (absl::Status status = run_.CheckStop(); !status.ok()) return status;
     if (with_far_faces.has_value() && IsNoBetterThan(*with_far_faces)) {

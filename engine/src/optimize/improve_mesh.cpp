@@ -26,8 +26,9 @@ constexpr ImprovementRound kImprovementRounds[] = {{0.20, 5}, {0.23, 6}, {0.26, 
 constexpr size_t kFoldingRounds = 2;
 
 // Moved vertices can close a notch of the boundary to a slit; mending looks a layer farther each
-// time, until that is in vain.
+// time. What could not be filled so often, one after the other, hardly ever is a layer farther.
 constexpr int kMaxMends = 4;
+constexpr int kVainMends = 2;
 
 }  // namespace
 
@@ -68,12 +69,13 @@ absl::StatusOr<ImprovedMesh> ImproveMesh(CellComplex complex, const Improvement&
     is_placed = complex.cells == before;
   }
   AMHEX_RETURN_IF_ERROR(place(is_placed ? PlacementEffort::kRaise : PlacementEffort::kBest));
-  bool is_sound = false, is_in_vain = false;
-  for (int layers = 0; layers < kMaxMends && !is_sound && !is_in_vain; ++layers) {
+  bool is_sound = false;
+  int in_vain = 0;
+  for (int layers = 0; layers < kMaxMends && !is_sound && in_vain < kVainMends; ++layers) {
     AMHEX_ASSIGN_OR_RETURN(Mended mended,
                            MendBoundary(complex, with.hull, layers, with.params, run));
     complex = std::move(mended.complex);
-    is_in_vain = mended.resists;
+    in_vain = mended.resists ? in_vain + 1 : 0;
     is_sound = !mended.resists && !mended.changed;
     if (mended.changed) AMHEX_RETURN_IF_ERROR(place(PlacementEffort::kValid));
   }
