@@ -45,7 +45,7 @@ MeshingParams Resolve(const MeshingParams& params, const Hull& hull, Backend bac
   MeshingParams effective = params;
   effective.sizing.cell_count = 0;
   effective.sizing.edge_length = hull.frame.scale;
-  effective.sizing.trial_count = PlanTrials(hull, params).started;
+  effective.sizing.trial_count = PlanTrials(hull, params).started.most;
   effective.run.backend = backend;
   return effective;
 }
@@ -62,7 +62,7 @@ absl::StatusOr<MeshingResult> MeshHull(const Hull& hull, const BackendChoice& ba
   AMHEX_ASSIGN_OR_RETURN(ClosedTrials closed,
                          CloseTrials(assembled.complexes, hull, plan, params, run));
   SpareTrial spare;
-  const bool has_made_usual = assembled.complexes.size() == static_cast<size_t>(plan.usual);
+  const bool has_made_usual = assembled.complexes.size() == static_cast<size_t>(plan.started.usual);
   if (plan.has_spare && has_made_usual) {
     spare = [&] { return AssembleSpare(hull, samples, plan, params, run); };
   }

@@ -121,7 +121,7 @@ absl::StatusOr<std::vector<Sites>> Populate(const Hull& hull, const HullSamples&
                                             const TrialPlan& plan, const MeshingParams& params,
                                             RunContext& run) {
   if (params.relaxation.initialization == Initialization::kField) {
-    return PopulateFromFields(hull, samples, {plan.usual, plan.started}, params.run.backend, run);
+    return PopulateFromFields(hull, samples, plan.started, params.run.backend, run);
   }
   AMHEX_ASSIGN_OR_RETURN(Sites sites, PopulateGrid(hull, samples, params, run));
   std::vector<Sites> only;
@@ -159,11 +159,12 @@ TrialPlan PlanTrials(const Hull& hull, const MeshingParams& params) {
   const bool has_default = params.sizing.trial_count == 0;
   const bool is_large =
       hull.volume > kLargeSolid && params.relaxation.initialization == Initialization::kField;
-  plan.started = is_large && has_default ? kTrialsOfLarge : CountOfTrials(hull.volume, params);
-  plan.has_spare = is_large && plan.started == kTrialsOfLarge;
-  const bool last_if_torn = plan.has_spare || plan.started == kFewTrials;
-  plan.usual = last_if_torn ? plan.started - 1 : plan.started;
-  plan.closed = std::min(plan.started, LittleWorkOf(hull).closed);
+  int& most = plan.started.most;
+  most = is_large && has_default ? kTrialsOfLarge : CountOfTrials(hull.volume, params);
+  plan.has_spare = is_large && most == kTrialsOfLarge;
+  const bool last_if_torn = plan.has_spare || most == kFewTrials;
+  plan.started.usual = last_if_torn ? most - 1 : most;
+  plan.closed = std::min(most, LittleWorkOf(hull).closed);
   return plan;
 }
 
@@ -202,7 +203,7 @@ absl::StatusOr<AssembledTrials> AssembleSpare(const Hull& hull, const HullSample
                                               const TrialPlan& plan, const MeshingParams& params,
                                               RunContext& run) {
   AMHEX_ASSIGN_OR_RETURN(const Sites sites,
-                         PopulateTrial(hull, samples, plan.usual, params.run.backend, run));
+                         PopulateTrial(hull, samples, plan.started.usual, params.run.backend, run));
   AMHEX_ASSIGN_OR_RETURN(const Sites relaxed, RelaxSites(hull, samples, sites, params, run));
   AMHEX_ASSIGN_OR_RETURN(const MergedCubes cubes, MatchAndMerge(relaxed, hull, params, run));
   AMHEX_ASSIGN_OR_RETURN(const PrimitiveTable primitives, ExtractTopology(cubes, params, run));

@@ -9,6 +9,7 @@
 #include "amhex/params.h"
 #include "amhex/run_context.h"
 #include "assembly/cell_complex.h"
+#include "fields/field_sites.h"
 #include "input/hull.h"
 #include "relax/sites.h"
 
@@ -17,9 +18,8 @@ namespace amhex {
 // How many trials take part in which step. Further ones do as long as they are little work, which
 // they are on solids that lattices fit.
 struct TrialPlan {
-  int usual = 1;    // populated and assembled in any case
-  int started = 1;  // the same and, where all lattices of the usual ones are torn, further ones
-  int closed = 1;   // at least, unless fewer can be
+  TrialCount started;  // populated and assembled
+  int closed = 1;      // at least, unless fewer can be
   // Whether another one is assembled where the usual one, if it is the only one, turns out poor.
   bool has_spare = false;
 };

@@ -22,12 +22,12 @@ Hull OfVolume(double volume) {
 
 TEST(PlanTrials, TriesMoreOnSmallerSolids) {
   const MeshingParams params;
-  const int small = PlanTrials(OfVolume(1e3), params).started;
-  const int medium = PlanTrials(OfVolume(1e4), params).started;
+  const int small = PlanTrials(OfVolume(1e3), params).started.most;
+  const int medium = PlanTrials(OfVolume(1e4), params).started.most;
   EXPECT_GT(small, medium);
   EXPECT_GT(medium, 1);
   for (const double large : {5e4, 1e6}) {
-    EXPECT_EQ(PlanTrials(OfVolume(large), params).usual, 1);
+    EXPECT_EQ(PlanTrials(OfVolume(large), params).started.usual, 1);
     EXPECT_EQ(CountOfTrials(large, params), 1);
   }
 }
@@ -35,7 +35,7 @@ TEST(PlanTrials, TriesMoreOnSmallerSolids) {
 TEST(PlanTrials, ClosesOneOfFewButMoreOfSmallSolids) {
   for (const double volume : {5e3, 1.9e4}) {
     const TrialPlan plan = PlanTrials(OfVolume(volume), MeshingParams());
-    EXPECT_EQ(plan.started, 3);
+    EXPECT_EQ(plan.started.most, 3);
     EXPECT_EQ(plan.closed, 1);
   }
   EXPECT_EQ(PlanTrials(OfVolume(3e3), MeshingParams()).closed, 2);
@@ -45,12 +45,12 @@ TEST(PlanTrials, StartsTheLastOfFewWhereTheOthersAreTornOnly) {
   MeshingParams params;
   for (const double volume : {1e4, 5e4}) {
     const TrialPlan plan = PlanTrials(OfVolume(volume), params);
-    EXPECT_EQ(plan.usual, plan.started - 1);
+    EXPECT_EQ(plan.started.usual, plan.started.most - 1);
   }
   for (const int asked : {1, 2, 12}) {
     params.sizing.trial_count = asked;
     const TrialPlan plan = PlanTrials(OfVolume(1e4), params);
-    EXPECT_EQ(plan.usual, plan.started);
+    EXPECT_EQ(plan.started.usual, plan.started.most);
   }
 }
 
@@ -58,10 +58,10 @@ TEST(PlanTrials, IsTheSameForTheNumberThatItStandsFor) {
   for (const double volume : {1e3, 3e3, 1e4, 5e4}) {
     MeshingParams params;
     const TrialPlan usual = PlanTrials(OfVolume(volume), params);
-    params.sizing.trial_count = usual.started;
+    params.sizing.trial_count = usual.started.most;
     const TrialPlan asked = PlanTrials(OfVolume(volume), params);
-    EXPECT_EQ(asked.usual, usual.usual);
-    EXPECT_EQ(asked.started, usual.started);
+    EXPECT_EQ(asked.started.usual, usual.started.usual);
+    EXPECT_EQ(asked.started.most, usual.started.most);
     EXPECT_EQ(asked.has_spare, usual.has_spare);
   }
 }
@@ -83,9 +83,9 @@ TEST(PlanTrials, DoesWhatIsAskedForAtAnySize) {
     params.sizing.trial_count = asked;
     for (const double volume : {1e2, 1e4, 1e6}) {
       const TrialPlan plan = PlanTrials(OfVolume(volume), params);
-      EXPECT_EQ(plan.started, asked);
+      EXPECT_EQ(plan.started.most, asked);
       EXPECT_GE(plan.closed, 1);
-      EXPECT_LE(plan.closed, plan.started);
+      EXPECT_LE(plan.closed, plan.started.most);
     }
   }
 }
@@ -94,7 +94,7 @@ TEST(PlanTrials, HasOnlyOneWithTheGridsOfThePaper) {
   MeshingParams params;
   params.sizing.trial_count = 5;
   params.relaxation.initialization = Initialization::kGrid;
-  EXPECT_EQ(PlanTrials(OfVolume(1e3), params).started, 1);
+  EXPECT_EQ(PlanTrials(OfVolume(1e3), params).started.most, 1);
 }
 
 // A grid of 6 x 6 x 6 cubes without `count` of them in a row, in the middle.
@@ -112,7 +112,7 @@ std::vector<ClosedTrial> CloseThree(int at_least, size_t threads) {
   hull.volume = 216;
   RunContext run;
   auto closed = CloseTrials({GridWithBar(3), GridWithBar(0), GridWithBar(1)}, hull,
-                            {.started = 3, .closed = at_least}, MeshingParams(), run);
+                            {.started = {3, 3}, .closed = at_least}, MeshingParams(), run);
   EXPECT_TRUE(closed.ok()) << closed.status();
   return closed.ok() ? std::move(closed->closed) : std::vector<ClosedTrial>();
 }
@@ -141,7 +141,7 @@ TEST(CloseTrials, LetsThoseWaitThatAreMuchWorkBesideABetterOne) {
   hull.volume = 17 * 17 * 17;  // more than a few cells
   RunContext run;
   const auto trials = CloseTrials({GridWithHoles(60), GridWithHoles(40), GridWithHoles(50)}, hull,
-                                  {.started = 3, .closed = 1}, MeshingParams(), run);
+                                  {.started = {3, 3}, .closed = 1}, MeshingParams(), run);
   ASSERT_TRUE(trials.ok()) << trials.status();
   ASSERT_EQ(trials->closed.size(), 1U);
   EXPECT_EQ(trials->closed.front().assembly, 1U);
