@@ -60,33 +60,49 @@ TEST(Gaps, RoundBodiesBesideEachOtherAreNotGlued) {
   }
 }
 
-// A pocket between two walls that meet and a round post, 0.77 along either wall and 5 high, as a
-// cavity of its own; the post bulges into it.
-TriangleMesh PocketBesidePost() {
-  constexpr double kLeg = 0.77, kAxis = 1.9, kHeight = 5;
+// A pocket between two walls that meet and a round post, so long along either wall and so high, as
+// a cavity of its own; the post, whose axis is so far from either wall, bulges into it.
+TriangleMesh PocketBesidePost(double leg, double axis, double height) {
   constexpr int kSteps = 8;
   std::vector<std::array<double, 2>> outline = {{0, 0}};
   std::vector<std::array<int, 3>> inside;
-  const double radius = std::hypot(kAxis - kLeg, kAxis);
+  const double radius = std::hypot(axis - leg, axis);
   // From where the post meets the one wall to where it meets the other.
-  const double half = std::numbers::pi / 4 - std::asin((kAxis - kLeg) / radius);
+  const double half = std::numbers::pi / 4 - std::asin((axis - leg) / radius);
   for (int i = 0; i <= kSteps; ++i) {
     const double angle = 1.25 * std::numbers::pi + half * (1 - 2.0 * i / kSteps);
-    outline.push_back({kAxis + radius * std::cos(angle), kAxis + radius * std::sin(angle)});
+    outline.push_back({axis + radius * std::cos(angle), axis + radius * std::sin(angle)});
     if (i > 0) inside.push_back({0, i, i + 1});
   }
-  return fixtures::MakeExtruded(outline, inside, kHeight);
+  return fixtures::MakeExtruded(outline, inside, height);
 }
 
 TEST(Gaps, APocketBetweenAWallAndAPostStaysOpen) {
   const TriangleMesh block = fixtures::MakeBox({8, 8, 8}, 1);
-  const TriangleMesh pocket = fixtures::Translated(PocketBesidePost(), {1.3, 1.5, 1.3});
+  const TriangleMesh pocket = fixtures::Translated(PocketBesidePost(0.77, 1.9, 5), {1.3, 1.5, 1.3});
   const auto result = MeshWithEdgesOfOne(fixtures::Joined(block, fixtures::Flipped(pocket)));
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
   EXPECT_EQ(result->statistics.boundary_component_count, 2);
   EXPECT_EQ(result->statistics.genus, 0);
   EXPECT_THAT(result->warnings, IsEmpty());
+}
+
+TEST(Gaps, APocketWhoseTipsAreNarrowerThanACellStaysOpen) {
+  const TriangleMesh block = fixtures::MakeBox({8, 8, 5.6}, 8);
+  for (const double leg : {2.7, 3.15}) {
+    SCOPED_TRACE(leg);
+    const TriangleMesh pocket =
+        fixtures::Translated(PocketBesidePost(leg, 2.05 * leg, 2), {1.7, 1.9, 1.7});
+    const auto result = MeshWithEdgesOfOne(fixtures::Joined(block, fixtures::Flipped(pocket)));
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_THAT(BrokenLaws(result->mesh), IsEmpty());
+    EXPECT_EQ(result->statistics.boundary_component_count, 2);
+    EXPECT_EQ(result->statistics.genus, 0);
+    EXPECT_GT(result->statistics.hexahedra_ratio, 0.85);
+    EXPECT_LT(result->statistics.input_to_mesh_max, 0.5);
+    EXPECT_THAT(result->warnings, IsEmpty());
+  }
 }
 
 // A block 5 x 4 x 6 with a slot 4 deep through it, between its two halves.

@@ -71,6 +71,23 @@ inline CellComplex GridComplex(const GridSize& n) {
   return complex;
 }
 
+// Eight unit cubes; the two at the top of the front are parted by a notch, so wide at the edge
+// between top and front, that runs out to nothing at the cubes below and behind.
+inline CellComplex NotchedGrid(double width) {
+  constexpr GridSize kSize{2, 2, 2};
+  CellComplex complex = GridComplex(kSize);
+  const int32_t left = GridVertex(kSize, 1, 0, 2);
+  const auto right = static_cast<int32_t>(complex.vertices.size());
+  complex.vertices.push_back(complex.vertices[static_cast<size_t>(left)]);
+  complex.vertices[static_cast<size_t>(left)].x -= width / 2;
+  complex.vertices[static_cast<size_t>(right)].x += width / 2;
+  const CellCorners cube = GridCell(kSize, 1, 0, 1);
+  CellCorners& parted = *std::find(complex.cells.begin(), complex.cells.end(), cube);
+  std::replace(parted.begin(), parted.end(), left, right);
+  ListHullFaces(complex);
+  return complex;
+}
+
 // Adds another complex's cells beside its own, moved; they share no vertex.
 inline void AddBeside(const CellComplex& other, const Vec3d& by, CellComplex& complex) {
   const auto first = static_cast<int32_t>(complex.vertices.size());

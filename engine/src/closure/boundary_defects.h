@@ -13,7 +13,8 @@ namespace amhex {
 struct BoundaryDefects {
   // Of boundary edges with more than two boundary faces, of boundary vertices where sheets touch,
   // of boundary faces that face each other across a slit, that lie far from the hull or dip into
-  // another part of the mesh; ascending, empty if all is well.
+  // another part of the mesh; ascending, empty if all is well. Quads that meet along two edges and
+  // leave some room between them bound a notch, which the solid may have.
   std::vector<int32_t> vertices;
   // The boundary would be lawful, were it not far from the hull somewhere.
   bool are_just_far = false;

@@ -12,8 +12,10 @@ namespace {
 constexpr double kFlatPocketThickness = 0.05;
 
 // Two boundary faces on three common vertices leave a slit between them if they enclose less than
-// some 37 degrees (cosine of their outward normals); more is a notch that the solid may have.
+// some 37 degrees (cosine of their outward normals) and, if both are quads, a void whose mean
+// thickness is less than this fraction of their mean edge; more is a notch that the solid may have.
 constexpr double kSlitCosine = -0.8;
+constexpr double kLeastNotchThickness = 0.02;
 
 // One corner of a boundary face: the face's two edges at a vertex.
 struct FaceCorner {
@@ -131,6 +133,18 @@ bool FaceEachOther(const OutwardFace& a, const OutwardFace& b, const std::vector
          Dot(across, normal_b) <= 0;
 }
 
+// Whether the faces, three of whose vertices are the same, are quads on both sides of a notch.
+bool AreSidesOfNotch(const OutwardFace& a, const OutwardFace& b,
+                     const std::vector<Vec3d>& vertices) {
+  if (a.count != 4 || b.count != 4) return false;
+  // Mean thickness: as bilinear patches they differ in one corner, whose weight is a quarter both
+  // at their middles and in the mean.
+  const Vec3d apart = FaceCentre(b, vertices) - FaceCentre(a, vertices);
+  const Vec3d area_a = AreaVector(a, vertices), area_b = AreaVector(b, vertices);
+  const double edge = std::sqrt((Norm(area_a) + Norm(area_b)) / 2);
+  return Dot(apart, Normalized(area_a - area_b)) >= kLeastNotchThickness * edge;
+}
+
 // Counts pairs at the vertex that comes second in the shared path, so each pair once per vertex
 // of boundary degree two or more; only whether the count is zero matters.
 void CountHangingFacesAt(const FaceCorner* corners, int count,
@@ -140,7 +154,8 @@ void CountHangingFacesAt(const FaceCorner* corners, int count,
     for (int k = 0; k < i; ++k) {
       const OutwardFace& a = boundary[corners[i].face].face;
       const OutwardFace& b = boundary[corners[k].face].face;
-      if (SharedVertices(a, b) >= 3 && FaceEachOther(a, b, vertices)) {
+      if (SharedVertices(a, b) >= 3 && FaceEachOther(a, b, vertices) &&
+          !AreSidesOfNotch(a, b, vertices)) {
         ++topology.hanging_face_count;
       }
     }

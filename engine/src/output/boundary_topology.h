@@ -21,7 +21,7 @@ struct BoundaryTopology {
   // Closed components that enclose next to nothing: slits left between cells.
   int64_t flat_pocket_count = 0;
   // Pairs of boundary faces that face each other across a slit and share three or more vertices:
-  // a quad against triangles, or two quads on three common vertices.
+  // a quad against triangles, or two quads on three common vertices with next to nothing between.
   int64_t hanging_face_count = 0;
 
   bool IsClosedManifold() const {

@@ -25,6 +25,7 @@ using testing_support::AddBeside;
 using testing_support::GridComplex;
 using testing_support::GridSize;
 using testing_support::ListHullFaces;
+using testing_support::NotchedGrid;
 
 // The complex's own boundary.
 Hull HullOf(const CellComplex& complex) {
@@ -163,6 +164,12 @@ TEST(BoundaryDefects, AreWhereTheMeshDipsIntoItself) {
   for (const int32_t v : defects.vertices) {
     EXPECT_NEAR(complex.vertices[static_cast<size_t>(v)].x, 2, 1.01) << v;
   }
+}
+
+TEST(BoundaryDefects, AreAtSlitsAndNotAtNotches) {
+  EXPECT_TRUE(DefectsOf(NotchedGrid(0.2)).vertices.empty());
+  // The two quads on either side of the slit have five vertices.
+  EXPECT_EQ(DefectsOf(NotchedGrid(0.1)).vertices.size(), 5U);
 }
 
 TEST(BoundaryDefects, NearMovedVerticesAreThoseThatMovingThemMade) {

@@ -21,6 +21,7 @@ using testing_support::GridVertex;
 using testing_support::kSinglePatterns;
 using testing_support::ListHullFaces;
 using testing_support::MeshOf;
+using testing_support::NotchedGrid;
 using testing_support::Shake;
 using testing_support::SingleCell;
 using testing_support::StellatedCell;
@@ -223,6 +224,20 @@ TEST(Validator, RejectsAQuadAgainstTwoTrianglesInside) {
     EXPECT_TRUE(report.boundary.IsClosedManifold()) << report.Summary();
     EXPECT_FALSE(report.valid()) << "shaken by " << shake;
     EXPECT_EQ(report.boundary.component_count, 3);
+  }
+}
+
+TEST(Validator, AcceptsANotchBetweenTwoQuadsAndRejectsASlit) {
+  for (const double width : {0.15, 0.6}) {
+    const ValidationReport report = ValidateMesh(MeshOf(NotchedGrid(width)));
+    EXPECT_TRUE(report.valid()) << report.Summary();
+    EXPECT_EQ(report.boundary.genus, 0);
+  }
+  for (const double width : {0.0, 0.07}) {
+    const ValidationReport report = ValidateMesh(MeshOf(NotchedGrid(width)));
+    EXPECT_TRUE(report.boundary.IsClosedManifold()) << report.Summary();
+    EXPECT_GT(report.boundary.hanging_face_count, 0);
+    EXPECT_FALSE(report.valid());
   }
 }
 
