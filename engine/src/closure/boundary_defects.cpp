@@ -43,15 +43,7 @@ std::vector<CellFace> BoundaryFaces(const WorkingMesh& mesh, const StopPoll& pol
   const auto find = [&](size_t slot, std::vector<CellFace>& faces) {
     const int cell = static_cast<int>(slot);
     if (!mesh.alive(cell)) return;
-    const WorkingMesh::HalfFaces& halves = mesh.half_faces(cell);
-    const auto is_hull = [&](int32_t half) {
-      return half >= 0 && mesh.owner(half ^ 1) == WorkingMesh::kHull;
-    };
-    if (std::none_of(halves.begin(), halves.end(), is_hull)) return;
-    const CellFaces own = FacesOf(mesh.corners(cell));
-    for (int i = 0; i < own.count; ++i) {
-      if (is_hull(halves[i])) faces.push_back(own.face[i]);
-    }
+    mesh.VisitHullFaces(cell, [&](const CellFace& face) { faces.push_back(face); });
   };
   return FindAllPolling<CellFace>(static_cast<size_t>(mesh.cell_slots()), kCellsPerBlock, poll,
                                   find);

@@ -10,6 +10,7 @@
 #include "closure/cell_contains.h"
 #include "closure/fill_notches.h"
 #include "closure/hull_side.h"
+#include "fields/point_index.h"
 #include "optimize/cell_quality.h"
 
 namespace amhex {
@@ -112,6 +113,12 @@ class Extension {
     CellFace nose;
   };
 
+  // Cells that were there before, and their centres.
+  struct Older {
+    std::vector<int> cells;
+    std::vector<Vec3d> centres;
+  };
+
   Vec3d Middle(const CellFace& face) const { return FaceCentroid(face, mesh_.vertices()); }
 
   std::vector<CellFace> FacesThatLook() const {
@@ -186,30 +193,32 @@ class Extension {
 
   // Of rows that reach into cells before `first`, or those into them.
   void DropOverlapping(int first) {
-    std::vector<int> older;
+    Older older;
     for (int cell = 0; cell < first; ++cell) {
       if (!mesh_.alive(cell)) continue;
-      if (ridge_
-              .Closest(CellCentroid(mesh_.corners(cell), mesh_.vertices()), reach_ + kOverlapReach)
-              .segment >= 0) {
-        older.push_back(cell);
-      }
+      const Vec3d centre = CellCentroid(mesh_.corners(cell), mesh_.vertices());
+      if (ridge_.Closest(centre, reach_ + kOverlapReach).segment < 0) continue;
+      older.cells.push_back(cell);
+      older.centres.push_back(centre);
     }
+    const fields::PointIndex index(older.centres, kOverlapReach);
     for (Row& row : rows_) {
       poll_.Now();
       if (std::any_of(row.cells.begin(), row.cells.end(),
-                      [&](int cell) { return Overlaps(cell, older); })) {
+                      [&](int cell) { return Overlaps(cell, older, index); })) {
         Drop(row);
       }
     }
   }
 
-  bool Overlaps(int cell, const std::vector<int>& others) const {
+  bool Overlaps(int cell, const Older& older, const fields::PointIndex& index) const {
     const Vec3d centre = CellCentroid(mesh_.corners(cell), mesh_.vertices());
-    return std::any_of(others.begin(), others.end(), [&](int other) {
-      return Norm(CellCentroid(mesh_.corners(other), mesh_.vertices()) - centre) <= kOverlapReach &&
-             (ReachesInto(cell, other) || ReachesInto(other, cell));
+    bool any = false;
+    index.VisitNear(centre, kOverlapReach, [&](int32_t i) {
+      if (any || Norm(older.centres[i] - centre) > kOverlapReach) return;
+      any = ReachesInto(cell, older.cells[i]) || ReachesInto(older.cells[i], cell);
     });
+    return any;
   }
 
   bool ReachesInto(int cell, int other) const {

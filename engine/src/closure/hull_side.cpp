@@ -18,10 +18,9 @@ HullSide::HullSide(const Hull& hull, WorkingMesh* mesh, const StopPoll& poll)
   for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
     poll.At(cell);
     if (!mesh_.alive(cell)) continue;
-    for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
-      if (mesh_.Across(face) != WorkingMesh::kHull) continue;
+    mesh_.VisitHullFaces(cell, [this](const CellFace& face) {
       for (int j = 0; j < face.count; ++j) on_hull_[face.v[j]] = 1;
-    }
+    });
   }
 }
 

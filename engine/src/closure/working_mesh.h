@@ -4,6 +4,7 @@
 // cell is matched by another cell or lies on the hull, the cells neither overlap nor leave gaps.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -66,6 +67,17 @@ class WorkingMesh {
   int32_t Across(const CellFace& face) const {
     const int half = FindHalfFace(face);
     return half < 0 ? kOpen : owners_[half ^ 1];
+  }
+  // visit(face) for every outward face of a living cell that is on the hull.
+  template <class Visit>
+  void VisitHullFaces(int cell, const Visit& visit) const {
+    const HalfFaces& halves = half_faces_[cell];
+    const auto is_on_hull = [&](int32_t half) { return half >= 0 && owners_[half ^ 1] == kHull; };
+    if (std::none_of(halves.begin(), halves.end(), is_on_hull)) return;
+    const CellFaces faces = FacesOf(cells_[cell]);
+    for (int i = 0; i < faces.count; ++i) {
+      if (is_on_hull(halves[i])) visit(faces.face[i]);
+    }
   }
   // Number of living cells that have the edge.
   int CellsAtEdge(int32_t a, int32_t b) const;
