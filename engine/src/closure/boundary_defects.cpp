@@ -29,8 +29,8 @@ constexpr double kMaxOutsideWinding = 0.25;
 constexpr double kLeastBisector = 0.05;
 
 // Two quads on three common vertices bound a notch if what they enclose is so thick in the mean, in
-// edge lengths of theirs; the validator asks for a little less. A gap of 27 degrees comes to 0.05
-// to 0.1 where it ends, once the vertices have been moved.
+// edge lengths of theirs; the validator asks for a little less. A gap of 27 degrees came to
+// 0.048 and more where it ends, once the vertices had been moved.
 constexpr double kLeastNotch = 0.03;
 
 // Sheets of a boundary that moving a vertex has brought together are this near to it, edge lengths.

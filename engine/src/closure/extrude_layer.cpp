@@ -47,10 +47,9 @@ class Extruder {
       }
       cells_.push_back(cell);
       centres_.push_back(centre / vertices.count);
-      for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
-        if (mesh_.Across(face) != WorkingMesh::kHull) continue;
+      mesh_.VisitHullFaces(cell, [this](const CellFace& face) {
         for (int j = 0; j < face.count; ++j) on_hull_[face.v[j]] = 1;
-      }
+      });
     }
     positions_ = mesh_.vertices();
   }

@@ -62,11 +62,10 @@ class PointAdder {
       }
       cell_centres_.push_back(centre / vertices.count);
       cells_.push_back(cell);
-      for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
-        if (mesh_.Across(face) != WorkingMesh::kHull) continue;
+      mesh_.VisitHullFaces(cell, [this](const CellFace& face) {
         hull_faces_.push_back(face);
         hull_face_centres_.push_back(FaceCentroid(face, mesh_.vertices()));
-      }
+      });
     }
     for (size_t v = 0; v < used.size(); ++v) {
       if (used[v]) vertices_.push_back(mesh_.vertices()[v]);

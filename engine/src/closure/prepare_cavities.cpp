@@ -66,10 +66,9 @@ class Snapper {
     on_hull_.assign(mesh->vertices().size(), 0);
     for (int cell = 0; cell < mesh_.cell_slots(); ++cell) {
       if (!mesh_.alive(cell)) continue;
-      for (const CellFace& face : FacesOf(mesh_.corners(cell))) {
-        if (mesh_.Across(face) != WorkingMesh::kHull) continue;
+      mesh_.VisitHullFaces(cell, [this](const CellFace& face) {
         for (int j = 0; j < face.count; ++j) on_hull_[face.v[j]] = 1;
-      }
+      });
     }
   }
 

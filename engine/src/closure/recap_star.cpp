@@ -58,9 +58,7 @@ std::vector<int32_t> RimOf(const std::vector<CellFace>& faces) {
 std::vector<CellFace> HullFacesOf(const WorkingMesh& mesh, const std::vector<int>& cells) {
   std::vector<CellFace> faces;
   for (const int cell : cells) {
-    for (const CellFace& face : FacesOf(mesh.corners(cell))) {
-      if (mesh.Across(face) == WorkingMesh::kHull) faces.push_back(face);
-    }
+    mesh.VisitHullFaces(cell, [&](const CellFace& face) { faces.push_back(face); });
   }
   return faces;
 }
